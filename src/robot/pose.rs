@@ -13,6 +13,9 @@ pub struct Pose {
     pub orientation: [f64; 4],
 }
 
+/// The coordinate of positions that points up.
+pub(crate) const UP: usize = 2;
+
 impl Pose {
     /// Returns the unrotated pose at `position`, in metres.
     pub fn at(position: [f64; 3]) -> Self {

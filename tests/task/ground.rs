@@ -9,7 +9,7 @@ use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{PointerRef, Seed, Threads, VocabTag};
 use symbolt::spa::{VocabularyBuilder, dot};
 use symbolt::study::worlds::{self, Stage, World};
-use symbolt::task::classify::{Classifier, LaidOut, Layout};
+use symbolt::task::classify::{Classifier, Layout};
 use symbolt::task::compile::{GroundProblem, Problem};
 use symbolt::task::domain::{Fact, RelationalDomain, Situation};
 use symbolt::task::learn::{Settings, learn};
@@ -503,7 +503,7 @@ fn anywhere(problem: &Problem<'_>, rng: &mut impl rand::Rng) -> Situation {
         let objects = problem.objects().iter().enumerate();
         objects.filter(|(_, o)| *o.kind == *kind).map(|(i, _)| i).collect::<Vec<_>>()
     };
-    let draw = |(object, laid): (usize, &LaidOut)| {
+    let draw = |(object, laid): (usize, &ObjectPose)| {
         let states = domain.states.iter().enumerate().filter(|(_, s)| s.kind == *laid.kind);
         let states: Vec<_> = states.collect();
         if states.is_empty() || rng.random_bool(0.1) {

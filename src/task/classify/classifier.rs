@@ -1,9 +1,8 @@
 //! Finds the state, the place and the reference of each object in a scene.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
-use super::layout::Layout;
+use super::layout::{Layout, Located, Miss};
 use super::tolerance::{Directions, Offset, PLAY, Pool, between, predictive, tilt, up_axis};
 use crate::robot::Pose;
 use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
@@ -12,31 +11,6 @@ use crate::task::domain::{
 };
 use crate::task::error::TaskError;
 use crate::task::recording::{ObjectPose, Snapshot};
-
-/// The state of one object of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Located {
-    /// The state, place and reference; `None` if the object is in no state.
-    pub fact: Option<Fact>,
-    /// Distance to that state, or to the nearest state if the object is in none, in standard deviations; for
-    /// [`ClassifierRule::Nearest`] in metres. `None` if the kind has no states.
-    pub distance: Option<f64>,
-    /// Whether a second reference is as likely as the one in `fact`.
-    pub ambiguous: bool,
-    /// Pose in which the state was found. An object that keeps its state keeps this pose.
-    pub taken: Pose,
-    /// The nearest place, for an object in no state; `None` if it is in a state, or if its kind has no states.
-    pub miss: Option<Miss>,
-}
-
-/// The nearest place of an object in no state, and by how much the object misses it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Miss {
-    /// State, place and reference.
-    pub nearest: Fact,
-    /// Distance, height and tilt.
-    pub offset: Offset,
-}
 
 /// The rule that finds an object's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -188,8 +162,8 @@ impl Classifier {
         };
         let located = locate(scene);
         match self.righted(scene, &located) {
-            Some(scene) => Layout::new(&scene, locate(&scene)),
-            None => Layout::new(scene, located),
+            Some(scene) => Layout { located: locate(&scene), objects: scene.objects },
+            None => Layout { objects: scene.objects.clone(), located },
         }
     }
 

@@ -1,42 +1,47 @@
 //! Layouts: the objects of a scene with their states.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
-use super::classifier::Located;
+use super::tolerance::Offset;
 use crate::robot::Pose;
-use crate::task::domain::Situation;
-use crate::task::recording::Snapshot;
+use crate::task::domain::{Fact, Situation};
+use crate::task::recording::ObjectPose;
 
-/// An object of a layout.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LaidOut {
-    /// Id of the object in the snapshot.
-    pub id: Arc<str>,
-    /// Kind of the object.
-    pub kind: Arc<str>,
-    /// Pose of the object.
-    pub pose: Pose,
+/// The state of one object of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Located {
+    /// The state, place and reference; `None` if the object is in no state.
+    pub fact: Option<Fact>,
+    /// Distance to that state, or to the nearest state if the object is in none, in standard deviations; for
+    /// [`ClassifierRule::Nearest`](super::ClassifierRule::Nearest) in metres. `None` if the kind has no states.
+    pub distance: Option<f64>,
+    /// Whether a second reference is as likely as the one in `fact`.
+    pub ambiguous: bool,
+    /// Pose in which the state was found. An object that keeps its state keeps this pose.
+    pub taken: Pose,
+    /// The nearest place, for an object in no state; `None` if it is in a state, or if its kind has no states.
+    pub miss: Option<Miss>,
+}
+
+/// The nearest place of an object in no state, and by how much the object misses it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Miss {
+    /// State, place and reference.
+    pub nearest: Fact,
+    /// Distance, height and tilt.
+    pub offset: Offset,
 }
 
 /// The objects of a scene, and the state of each.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     /// The objects, in the order of the snapshot.
-    pub objects: Vec<LaidOut>,
+    pub objects: Vec<ObjectPose>,
     /// State of each object.
     pub located: Vec<Located>,
 }
 
 impl Layout {
-    pub(super) fn new(scene: &Snapshot, located: Vec<Located>) -> Self {
-        let objects = scene.objects.iter();
-        let objects =
-            objects.map(|o| LaidOut { id: o.id.clone(), kind: o.kind.clone(), pose: o.pose });
-        Self { objects: objects.collect(), located }
-    }
-
     /// Returns the state of every object.
     pub fn situation(&self) -> Situation {
         self.located.iter().map(|l| l.fact).collect()

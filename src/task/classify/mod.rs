@@ -6,6 +6,6 @@ mod classifier;
 mod layout;
 mod tolerance;
 
-pub use classifier::{Classifier, ClassifierRule, Located, Miss};
-pub use layout::{LaidOut, Layout};
+pub use classifier::{Classifier, ClassifierRule};
+pub use layout::{Layout, Located, Miss};
 pub use tolerance::Offset;

@@ -1,7 +1,7 @@
 //! How closely a placed object must agree with the demonstrations, and by how much it misses a place.
 //!
 //! A placed object rests on something. What it rests on fixes its height and the tilt of its upright axis to
-//! micrometres, whoever put it there. Sideways it may have play: a nut in its pocket, or a bolt in its hole. The
+//! micrometres, whoever put it there. Sideways it may have play, such as a peg in its bore. The
 //! deviations are therefore measured in three directions, each with its own standard deviation.
 //!
 //! # Variances
@@ -39,7 +39,7 @@ pub(crate) struct Directions {
 }
 
 /// Play of a placed object. At a limit of 5 standard deviations this accepts 1 mm in height, 3 mm sideways and 3 degrees.
-/// In 584 looks at nuts and bolts in the jig, with parts dropped at a rate of 0.3, correctly seated parts were at most
+/// In 584 looks at parts that were put into a fixture, with parts dropped at a rate of 0.3, correctly seated parts were at most
 /// 0.01 mm, 1.4 mm and 0.1 degrees off; parts that had come to rest wrongly at least 2.6 mm and 10 degrees.
 pub(crate) const PLAY: Directions = Directions { height_m: 2e-4, aside_m: 6e-4, tilt_rad: 0.0105 };
 /// Priors of a domain without any placed state that was seen twice.

@@ -1,34 +1,75 @@
 //! The compiler of ground problems: finds the facts and actions from which a goal can be reached.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ground::{GroundAction, Test};
+use super::exclusion::exclusions;
+use super::facts::{GroundAction, Test};
+use super::ground::GroundProblem;
 use super::problem::{Problem, ProblemError};
-use crate::task::domain::{Frame, Need, NeedVerdict, Quantity, Role, Subject};
+use super::symbols::Symbols;
+use crate::task::domain::{
+    Frame, Need, NeedVerdict, Parameters, Quantity, Role, Situation, Subject,
+};
+use crate::task::propositional::{Domain, Operator, State, StateId};
 
-/// The compiled facts and actions. Indices into `tests` refer to facts.
-pub(super) struct Compiled {
-    pub tests: Vec<Test>,
-    pub actions: Vec<GroundAction>,
-    /// Preconditions of each action. The first is that an object can be moved.
-    pub needs: Vec<Vec<usize>>,
-    /// Effects of each action. The first is the one for which the action was found.
-    pub effects: Vec<Vec<usize>>,
-    /// Facts that each action ends for certain.
-    pub removes: Vec<Vec<usize>>,
+/// Greatest number of facts and actions of a ground problem.
+const MOST: usize = 2_000;
+
+impl Problem<'_> {
+    /// Compiles the problem into a propositional domain for the planner graph, with `now` as the present situation.
+    ///
+    /// Undecided needs in force that put the goal out of reach from `now` are dropped
+    /// ([`GroundProblem::dropped`]). As few needs are dropped as possible, those found first.
+    ///
+    /// # Errors
+    /// [`ProblemError::TooLarge`] if the scene has too many objects; [`ProblemError::Nothing`] if no action leads to
+    /// the goal.
+    pub fn ground(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
+        let mut ground = self.ground_needed(now)?;
+        ground.exclusions = exclusions(self, &ground.tests);
+        Ok(ground)
+    }
+
+    fn ground_needed(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
+        let all = self.in_force.clone();
+        let whole = Compiler::new(self, &all).compile()?;
+        let lost = whole.out_of_reach(now);
+        if lost.is_empty() || all.is_empty() {
+            return Ok(whole);
+        }
+        let mut kept = BTreeSet::new();
+        let mut best = Compiler::new(self, &kept).compile()?;
+        let least = best.out_of_reach(now);
+        if least == lost {
+            return Ok(whole);
+        }
+        for need in all {
+            kept.insert(need);
+            let with = Compiler::new(self, &kept).compile()?;
+            if with.out_of_reach(now) == least {
+                best = with;
+            } else {
+                kept.remove(&need);
+            }
+        }
+        Ok(best)
+    }
 }
 
-pub(super) struct Compiler<'p> {
+struct Compiler<'p> {
     problem: &'p Problem<'p>,
     in_force: &'p BTreeSet<(usize, usize)>,
+    /// The facts. Their ids are the indices.
     tests: Vec<Test>,
-    index: BTreeMap<Test, usize>,
-    /// Actions, each with its preconditions and the fact for which it was found.
-    actions: BTreeMap<GroundAction, (Vec<usize>, usize)>,
+    index: BTreeMap<Test, StateId>,
+    /// Actions, each with its preconditions and the fact for which it was found. The first precondition is that an object
+    /// can be moved.
+    actions: BTreeMap<GroundAction, (Vec<StateId>, StateId)>,
 }
 
 impl<'p> Compiler<'p> {
-    pub fn new(problem: &'p Problem<'p>, in_force: &'p BTreeSet<(usize, usize)>) -> Self {
+    fn new(problem: &'p Problem<'p>, in_force: &'p BTreeSet<(usize, usize)>) -> Self {
         Self {
             problem,
             in_force,
@@ -39,9 +80,13 @@ impl<'p> Compiler<'p> {
     }
 
     /// Walks backwards from the goal.
-    pub fn compile(mut self, goals: &[Test], most: usize) -> Result<Compiled, ProblemError> {
-        for goal in goals {
-            self.fact(goal.clone());
+    fn compile(mut self) -> Result<GroundProblem, ProblemError> {
+        let mut goals: Vec<StateId> = Vec::new();
+        for goal in self.problem.goal_tests() {
+            let goal = self.fact(goal.clone());
+            if !goals.contains(&goal) {
+                goals.push(goal);
+            }
         }
         let mut next = 0;
         while next < self.tests.len() {
@@ -51,65 +96,83 @@ impl<'p> Compiler<'p> {
                     if !self.actions.contains_key(&action) {
                         let needs = self.needs(&action);
                         let needs = needs.into_iter().map(|n| self.fact(n)).collect();
-                        self.actions.insert(action, (needs, next));
-                        self.check_size(most)?;
+                        self.actions.insert(action, (needs, StateId::new(next)));
+                        self.check_size()?;
                     }
                 }
             }
             next += 1;
-            self.check_size(most)?;
+            self.check_size()?;
         }
-        Ok(self.finish())
+        self.finish(goals)
     }
 
-    fn check_size(&self, most: usize) -> Result<(), ProblemError> {
+    fn check_size(&self) -> Result<(), ProblemError> {
         match self.tests.len() + self.actions.len() {
-            size if size > most => {
+            0..=MOST => Ok(()),
+            _ => {
                 let (objects, what) = (self.problem.objects.len(), "facts and actions");
-                Err(ProblemError::TooLarge { objects, what, most })
+                Err(ProblemError::TooLarge { objects, what, most: MOST })
             }
-            _ => Ok(()),
         }
     }
 
-    /// Lists the actions in order of preference, with all their effects.
-    fn finish(self) -> Compiled {
-        let mut ordered: Vec<(usize, GroundAction, Vec<usize>, Vec<usize>)> = Vec::new();
-        for (action, (needs, purpose)) in &self.actions {
-            let mut effects = vec![*purpose];
-            for (f, test) in self.tests.iter().enumerate() {
-                if f != *purpose && !test.given && self.contributes(action, test) {
-                    effects.push(f);
-                }
-            }
-            // An action is harmless if it puts nothing where something else must be clear.
-            let harm = self.tests.iter().filter(|t| t.forbids() && self.enters(action, t)).count();
-            ordered.push((harm, action.clone(), needs.clone(), effects));
+    /// Names the facts and actions, and lists the actions in order of preference, with all their effects.
+    fn finish(self, goals: Vec<StateId>) -> Result<GroundProblem, ProblemError> {
+        let known = &self.problem.domain;
+        if self.actions.is_empty() {
+            let states = self.problem.goals.iter().map(|g| known.states[g.state].name.clone());
+            return Err(ProblemError::Nothing { states: states.collect() });
         }
-        let instances = |a: &GroundAction| self.problem.domain.operators[a.operator].instances;
-        ordered.sort_by(|a, b| {
-            a.0.cmp(&b.0).then(instances(&b.1).cmp(&instances(&a.1))).then(a.1.cmp(&b.1))
-        });
-        let tests = &self.tests;
-        let mut compiled = Compiled {
-            tests: tests.clone(),
-            actions: Vec::new(),
-            needs: Vec::new(),
-            effects: Vec::new(),
-            removes: Vec::new(),
+        // An action is harmless if it puts nothing where something else must be clear.
+        let harm = |action: &GroundAction| {
+            self.tests.iter().filter(|t| t.forbids() && self.enters(action, t)).count()
         };
-        for (_, action, needs, effects) in ordered {
-            let ends = |f: &usize| self.ends(&action, &tests[*f]) && !effects.contains(f);
-            compiled.removes.push((0..tests.len()).filter(ends).collect());
-            compiled.actions.push(action);
-            compiled.needs.push(needs);
-            compiled.effects.push(effects);
-        }
-        compiled
+        let instances = |action: &GroundAction| known.operators[action.operator].instances;
+        let mut actions: Vec<&GroundAction> = self.actions.keys().collect();
+        actions.sort_by_cached_key(|a| (harm(a), Reverse(instances(a)), *a));
+        let mut symbols = Symbols::new(self.problem);
+        let states = self.tests.iter().map(|test| State {
+            name: symbols.fact(test),
+            kind: test.of.first().map_or_else(String::new, |(s, _)| known.states[*s].kind.clone()),
+        });
+        let states: Vec<State> = states.collect();
+        let operators = actions.iter().map(|action| {
+            let (preconditions, to) = &self.actions[*action];
+            let facts = || (0..self.tests.len()).map(StateId::new);
+            let adds = |f: &StateId| {
+                let test = &self.tests[f.index()];
+                f != to && !test.given && self.contributes(action, test)
+            };
+            let effects: Vec<StateId> = std::iter::once(*to).chain(facts().filter(adds)).collect();
+            let ends = |f: &StateId| self.ends(action, &self.tests[f.index()]);
+            Operator {
+                name: symbols.action(action),
+                from: preconditions.first().copied(),
+                to: *to,
+                preconditions: preconditions.clone(),
+                removes: facts().filter(|f| ends(f) && !effects.contains(f)).collect(),
+                effects,
+                absent: Vec::new(),
+            }
+        });
+        let operators: Vec<Operator> = operators.collect();
+        let domain = Domain::new(states, operators)
+            .map_err(|error| ProblemError::Invalid { reason: error.to_string() })?;
+        let dropped = self.problem.undecided().filter(|need| !self.in_force.contains(need));
+        Ok(GroundProblem {
+            domain,
+            composition: symbols.composition(),
+            dropped: dropped.collect(),
+            actions: actions.into_iter().cloned().collect(),
+            tests: self.tests,
+            goals,
+            exclusions: Vec::new(),
+        })
     }
 
-    /// Adds a fact and returns its index.
-    fn fact(&mut self, mut test: Test) -> usize {
+    /// Adds a fact and returns its id.
+    fn fact(&mut self, mut test: Test) -> StateId {
         test.of.sort_unstable();
         test.of.dedup();
         // States in the world frame have no reference to tell apart.
@@ -124,12 +187,13 @@ impl<'p> Compiler<'p> {
             .retain(|i| test.object.is_none() && kinds.contains(&*self.problem.objects[*i].kind));
         test.except.sort_unstable();
         test.except.dedup();
-        if let Some(index) = self.index.get(&test) {
-            return *index;
+        if let Some(id) = self.index.get(&test) {
+            return *id;
         }
+        let id = StateId::new(self.tests.len());
         self.tests.push(test.clone());
-        self.index.insert(test, self.tests.len() - 1);
-        self.tests.len() - 1
+        self.index.insert(test, id);
+        id
     }
 
     /// Returns the actions that cause a fact, or add to it.
@@ -148,7 +212,7 @@ impl<'p> Compiler<'p> {
                 continue;
             }
             for object in self.movers(o) {
-                for (reference, place) in self.targets(o, object) {
+                for (reference, place) in self.problem.targets(o, object) {
                     let sources = if test.forbids() && direct {
                         self.blockers(test, o, object)
                     } else {
@@ -178,19 +242,6 @@ impl<'p> Compiler<'p> {
         }
     }
 
-    /// Returns the target references and places of an operator.
-    fn targets(&self, operator: usize, object: Option<usize>) -> Vec<(Option<usize>, usize)> {
-        let to = &self.problem.domain.states[self.problem.domain.operators[operator].to];
-        let references: Vec<Option<usize>> = match &to.frame {
-            Frame::World => vec![None],
-            Frame::Kind(kind) => {
-                self.problem.of_kind(kind).map(Some).filter(|r| *r != object).collect()
-            }
-        };
-        let places = 0..to.places.len();
-        references.iter().flat_map(|r| places.clone().map(move |p| (*r, p))).collect()
-    }
-
     /// Returns the sources of a move that takes away what a test forbids.
     fn blockers(&self, test: &Test, operator: usize, object: Option<usize>) -> Vec<Test> {
         let from = self.leaves(operator);
@@ -217,9 +268,7 @@ impl<'p> Compiler<'p> {
         let mut from = all.from.clone();
         for (n, need) in all.needs.iter().enumerate() {
             if need.condition.subject == Subject::Is(Role::Object) && self.counts(operator, n) {
-                let wanted = need.verdict == NeedVerdict::Required
-                    || (need.verdict == NeedVerdict::Undecided && need.holds);
-                from.retain(|s| (*s == need.condition.state) == wanted);
+                from.retain(|s| (*s == need.condition.state) == need.is_positive());
             }
         }
         from
@@ -261,13 +310,7 @@ impl<'p> Compiler<'p> {
                 anywhere.push(state);
                 continue;
             }
-            let references: Vec<Option<usize>> = match &domain.states[state].frame {
-                Frame::World => vec![None],
-                Frame::Kind(kind) => {
-                    self.problem.of_kind(kind).map(Some).filter(|r| *r != object).collect()
-                }
-            };
-            for reference in references {
+            for reference in self.problem.references(&domain.states[state].frame, object) {
                 let stays = state == all.to && reference == target;
                 if stays || !test.forbids() && test.counts(object, state, 0, reference) {
                     continue;
@@ -347,18 +390,15 @@ impl<'p> Compiler<'p> {
 
     /// Returns whether a side effect of an action can concern the objects of a test.
     fn about(&self, action: &GroundAction, subject: Subject, test: &Test) -> bool {
-        let role = |role: Role| match role {
-            Role::Object => action.object,
-            Role::Origin => action.origin(),
-            Role::Target => action.reference,
-        };
+        let (object, origin, target) = (action.object, action.origin(), action.reference);
+        let parameters = Parameters { object, origin, target };
         match subject {
-            Subject::Is(r) => match (role(r), test.object) {
+            Subject::Is(r) => match (parameters.get(r), test.object) {
                 (Some(one), Some(object)) => one == object,
                 (Some(one), None) => !test.except.contains(&one),
                 (None, _) => false,
             },
-            Subject::At(r) => match role(r) {
+            Subject::At(r) => match parameters.get(r) {
                 Some(one) => test.reference.is_none_or(|x| x == Some(one)),
                 None => false,
             },
@@ -370,10 +410,8 @@ impl<'p> Compiler<'p> {
     fn needs(&self, action: &GroundAction) -> Vec<Test> {
         let operator = &self.problem.domain.operators[action.operator];
         let mut needs = vec![action.source.clone()];
-        let place = &self.problem.domain.states[operator.to].places[action.place];
-        let itself: Vec<usize> = action.object.into_iter().collect();
-        if !place.is_roomy() {
-            let of = self.problem.conflicting(operator.to, action.place);
+        let of = self.problem.excluded_by(operator.to, action.place);
+        if !of.is_empty() {
             // An object that is turned in place, or put back, is not in its own way.
             let source = &action.source;
             let own = action.object.is_none()
@@ -384,7 +422,7 @@ impl<'p> Compiler<'p> {
             needs.push(Test {
                 of: of.into_iter().map(|(s, p)| (s, Some(p))).collect(),
                 reference: Some(action.reference),
-                except: itself.clone(),
+                except: action.object.into_iter().collect(),
                 most: Some(usize::from(own)),
                 ..Test::of([]).none()
             });
@@ -412,44 +450,31 @@ impl<'p> Compiler<'p> {
 
     /// Returns a need as a test; `None` if the need is about a parameter that the action does not have.
     fn need(&self, action: &GroundAction, need: &Need) -> Option<Test> {
-        let state = need.condition.state;
-        let holds = match need.verdict {
-            NeedVerdict::Required => true,
-            NeedVerdict::Absent => false,
-            NeedVerdict::Undecided => need.holds,
-        };
-        let role = |role: Role| match role {
-            Role::Object => action.object,
-            Role::Origin => action.origin().filter(|o| Some(*o) != action.reference),
-            Role::Target => action.reference,
-        };
-        let mut test = match holds {
-            true => Test { least: need.least.max(1), ..Test::of([state]) },
-            false => Test::of([state]).none(),
-        };
-        match need.condition.subject {
-            // The source says what state the object itself is in.
-            Subject::Is(Role::Object) => return None,
-            Subject::Is(r) => test.object = Some(role(r)?),
-            Subject::At(r) => {
-                test.reference = Some(Some(role(r)?));
-                test.except = action.object.into_iter().collect();
-            }
-            Subject::Any => {
-                let all = [action.object, role(Role::Origin), role(Role::Target)];
-                test.except = all.into_iter().flatten().collect();
-            }
+        // The source says what state the object itself is in.
+        if need.condition.subject == Subject::Is(Role::Object) {
+            return None;
         }
+        let parameters = Parameters::new(action.object, action.origin(), action.reference);
+        let counted = need.condition.counted(&parameters)?;
+        let all = Test {
+            object: counted.object,
+            reference: counted.reference.map(Some),
+            except: counted.except.into_iter().flatten().collect(),
+            ..Test::of([counted.state])
+        };
+        let mut test = match need.is_positive() {
+            true => Test { least: need.least.max(1), ..all },
+            false => all.none(),
+        };
         // The moved object does not count. If it cannot be excepted by its index, there must be one more.
         let own = |s: &(usize, Option<usize>)| match action.source.reference {
             Some(reference) => test.counts(None, s.0, 0, reference),
-            None => s.0 == state && test.reference.is_none(),
+            None => s.0 == counted.state && test.reference.is_none(),
         };
         if action.object.is_none() && test.object.is_none() && action.source.of.iter().any(own) {
-            if holds {
-                test.least += 1;
-            } else {
-                test.most = Some(1);
+            match test.most {
+                None => test.least += 1,
+                Some(_) => test.most = Some(1),
             }
         }
         Some(test)

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::ground::Test;
+use super::facts::Test;
 use super::problem::Problem;
 use crate::task::domain::Fact;
 use crate::task::propositional::StateId;
@@ -24,7 +24,9 @@ type Atoms = Vec<u64>;
 ///
 /// Costs O(facts^2 x objects x states x references).
 pub(super) fn exclusions(problem: &Problem<'_>, tests: &[Test]) -> Vec<[StateId; 2]> {
-    let atoms = atoms(problem);
+    let objects = 0..problem.objects.len();
+    let atoms: Vec<(usize, Fact)> =
+        objects.flat_map(|o| problem.facts_of(o).into_iter().map(move |f| (o, f))).collect();
     if atoms.len().saturating_mul(tests.len()) > MOST {
         return Vec::new();
     }
@@ -50,24 +52,6 @@ pub(super) fn exclusions(problem: &Problem<'_>, tests: &[Test]) -> Vec<[StateId;
     let pairs = (0..tests.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
     let excluded = pairs.filter(|(a, b)| limits(*a, *b) || limits(*b, *a) || crowded(*a, *b));
     excluded.map(|(a, b)| [a, b].map(StateId::new)).collect()
-}
-
-/// Returns every object in every state, at every place of every reference.
-fn atoms(problem: &Problem<'_>) -> Vec<(usize, Fact)> {
-    let mut atoms = Vec::new();
-    for (state, s) in problem.domain.states.iter().enumerate() {
-        let references: Vec<Option<usize>> = match s.frame.kind() {
-            None => vec![None],
-            Some(kind) => problem.of_kind(kind).map(Some).collect(),
-        };
-        for object in problem.of_kind(&s.kind) {
-            for place in 0..s.places.len() {
-                let others = references.iter().filter(|r| **r != Some(object));
-                atoms.extend(others.map(|r| (object, Fact { state, place, reference: *r })));
-            }
-        }
-    }
-    atoms
 }
 
 fn counted(test: &Test, atoms: &[(usize, Fact)]) -> Atoms {

@@ -10,13 +10,18 @@
 
 mod compiler;
 mod exclusion;
+mod facts;
 mod ground;
 mod moves;
 mod plan;
 mod problem;
 mod symbols;
+mod target;
+mod transition;
 
+pub(crate) use facts::Test;
 pub use ground::GroundProblem;
-pub use moves::{Move, TargetPose};
+pub use moves::Move;
 pub use plan::PlannedMove;
 pub use problem::{Problem, ProblemError};
+pub use target::TargetPose;

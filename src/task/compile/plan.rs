@@ -12,7 +12,7 @@ use std::collections::{BTreeSet, BinaryHeap, HashSet};
 
 use super::moves::Move;
 use super::problem::{Problem, ProblemError};
-use crate::task::domain::{Fact, Frame, NeedVerdict, Situation};
+use crate::task::domain::{Fact, Situation};
 
 /// A move of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,12 +39,9 @@ impl Problem<'_> {
         loop {
             let before = reached.len();
             for m in self.relaxed_moves(&reached) {
-                let to = self.domain.operators[m.operator].to;
-                reached
-                    .insert((m.object, Fact { state: to, place: m.place, reference: m.reference }));
-                for effect in
-                    self.domain.operators[m.operator].side_effects.iter().filter(|e| e.begins)
-                {
+                let operator = &self.domain.operators[m.operator];
+                reached.insert((m.object, m.result(operator)));
+                for effect in operator.side_effects.iter().filter(|e| e.begins) {
                     let state = effect.condition.state;
                     let kind = &self.domain.states[state].kind;
                     for i in self.of_kind(kind) {
@@ -61,40 +58,29 @@ impl Problem<'_> {
                 reached.iter().filter(|(_, f)| f.state == state).map(|(i, _)| *i).collect();
             objects.len()
         };
-        let mut in_force = BTreeSet::new();
-        for (o, operator) in self.domain.operators.iter().enumerate() {
-            for (n, need) in operator.needs.iter().enumerate() {
-                if need.verdict == NeedVerdict::Undecided
-                    && (!need.holds || count(need.condition.state) >= need.least)
-                {
-                    in_force.insert((o, n));
-                }
-            }
-        }
-        self.in_force = in_force;
+        let can_be_met = |(o, n): &(usize, usize)| {
+            let need = &self.domain.operators[*o].needs[*n];
+            !need.holds || count(need.condition.state) >= need.least
+        };
+        self.in_force = self.undecided().filter(can_be_met).collect();
     }
 
     /// Returns the moves that are possible if facts only accumulate. Only the state that the object leaves is checked.
     fn relaxed_moves(&self, reached: &BTreeSet<(usize, Fact)>) -> Vec<Move> {
         let mut moves = Vec::new();
         for (o, operator) in self.domain.operators.iter().enumerate() {
-            let to = &self.domain.states[operator.to];
-            for object in self.of_kind(&to.kind) {
+            for object in self.of_kind(&self.domain.states[operator.to].kind) {
                 let from = |f: &(usize, Fact)| f.0 == object && operator.from.contains(&f.1.state);
                 if !reached.iter().any(from) {
                     continue;
                 }
-                let references: Vec<Option<usize>> = match &to.frame {
-                    Frame::World => vec![None],
-                    Frame::Kind(kind) => {
-                        self.of_kind(kind).filter(|r| *r != object).map(Some).collect()
-                    }
-                };
-                for reference in references {
-                    for place in 0..to.places.len() {
-                        moves.push(Move { operator: o, object, reference, place });
-                    }
-                }
+                let targets = self.targets(o, Some(object)).into_iter();
+                moves.extend(targets.map(|(reference, place)| Move {
+                    operator: o,
+                    object,
+                    reference,
+                    place,
+                }));
             }
         }
         moves

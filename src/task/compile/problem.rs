@@ -4,12 +4,13 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::moves::Move;
-use crate::task::classify::{LaidOut, Layout};
+use super::facts::Test;
+use crate::task::classify::Layout;
 use crate::task::domain::{
-    Condition, Fact, Frame, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
-    RelationalOperator, Role, Situation, Subject, is_within,
+    Fact, Frame, GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator, Role,
+    Situation, Subject,
 };
+use crate::task::recording::ObjectPose;
 
 /// Why a scene and a domain give no planning problem.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -90,18 +91,17 @@ pub enum ProblemError {
 #[derive(Debug, Clone)]
 pub struct Problem<'d> {
     pub(super) domain: &'d RelationalDomain,
-    pub(super) objects: Vec<LaidOut>,
+    pub(super) objects: Vec<ObjectPose>,
     pub(super) goals: Vec<GoalTerm>,
+    goal_tests: Vec<Test>,
     /// Undecided needs that are in force, as (operator, need).
     pub(super) in_force: BTreeSet<(usize, usize)>,
     /// Pairs of places that exclude each other, as ((state, place), (state, place)).
-    conflicts: BTreeSet<((usize, usize), (usize, usize))>,
+    pub(super) conflicts: BTreeSet<((usize, usize), (usize, usize))>,
 }
 
 /// Greatest number of moves of all objects in a scene, possible or not.
 const MOST_MOVES: usize = 300_000;
-/// Distance below which two places exclude each other, in metres.
-const SAME_PLACE_M: f64 = 0.008;
 
 impl<'d> Problem<'d> {
     /// Sets up the problem of reaching the domain's goal in a scene.
@@ -130,8 +130,7 @@ impl<'d> Problem<'d> {
             for (b, y) in domain.states.iter().enumerate().filter(|(_, y)| y.frame == x.frame) {
                 for (i, p) in x.places.iter().enumerate() {
                     for (j, q) in y.places.iter().enumerate() {
-                        let near = p.pose().distance(&q.pose()) < SAME_PLACE_M;
-                        if near && !p.is_roomy() && !q.is_roomy() {
+                        if p.excludes(q) {
                             conflicts.insert(((a, i), (b, j)));
                         }
                     }
@@ -142,11 +141,9 @@ impl<'d> Problem<'d> {
         let together = |a: usize, b: usize| {
             domain.operators.iter().filter(|o| o.to == a).any(|operator| {
                 operator.needs.iter().any(|need| {
-                    let held = need.verdict == NeedVerdict::Required
-                        || (need.verdict == NeedVerdict::Undecided && need.holds);
                     let there =
                         matches!(need.condition.subject, Subject::At(Role::Target) | Subject::Any);
-                    held && there && need.condition.state == b
+                    need.is_positive() && there && need.condition.state == b
                 })
             })
         };
@@ -155,9 +152,11 @@ impl<'d> Problem<'d> {
             domain,
             objects: layout.objects.clone(),
             goals,
+            goal_tests: Vec::new(),
             in_force: BTreeSet::new(),
             conflicts,
         };
+        problem.goal_tests = problem.goals.iter().flat_map(|g| problem.tests_of(g)).collect();
         problem.check_goals(&layout.situation())?;
         problem.check_size()?;
         problem.choose_undecided(&layout.situation());
@@ -170,7 +169,7 @@ impl<'d> Problem<'d> {
     }
 
     /// Returns the objects of the scene.
-    pub fn objects(&self) -> &[LaidOut] {
+    pub fn objects(&self) -> &[ObjectPose] {
         &self.objects
     }
 
@@ -182,22 +181,22 @@ impl<'d> Problem<'d> {
     /// Returns the undecided needs that the planner does without, because nothing achieves them here, as pairs of
     /// operator and need.
     pub fn dropped(&self) -> Vec<(usize, usize)> {
-        let operators = self.domain.operators.iter().enumerate();
-        let all = operators.flat_map(|(o, operator)| {
-            let undecided = operator.needs.iter().enumerate();
-            undecided.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
-        });
-        all.filter(|pair| !self.in_force.contains(pair)).collect()
+        self.undecided().filter(|need| !self.in_force.contains(need)).collect()
+    }
+
+    /// Returns all undecided needs, as pairs of operator and need.
+    pub(super) fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
+            let needs = operator.needs.iter().enumerate();
+            needs.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))
+        })
     }
 
     /// Refuses a scene with so many pairs of objects that listing all moves would take many seconds.
     fn check_size(&self) -> Result<(), ProblemError> {
         let moves = self.domain.operators.iter().map(|operator| {
             let to = &self.domain.states[operator.to];
-            let references = match &to.frame {
-                Frame::World => 1,
-                Frame::Kind(kind) => self.of_kind(kind).count(),
-            };
+            let references = self.references(&to.frame, None).len();
             self.of_kind(&to.kind).count() * references * to.places.len()
         });
         match moves.sum::<usize>() {
@@ -211,17 +210,11 @@ impl<'d> Problem<'d> {
 
     /// Refuses a goal that cannot be reached, unless it holds already.
     fn check_goals(&self, now: &Situation) -> Result<(), ProblemError> {
-        let achieved: BTreeSet<usize> = self
-            .domain
-            .operators
-            .iter()
-            .flat_map(|o| {
-                let begun = o.side_effects.iter().filter(|e| e.begins);
-                begun.map(|e| e.condition.state).chain([o.to])
-            })
-            .collect();
+        let achieved: BTreeSet<usize> =
+            self.domain.operators.iter().flat_map(RelationalOperator::achieves).collect();
         let held = |goal: &&GoalTerm| {
-            matches!(goal.quantity, Quantity::AtLeast(_)) && self.lacking_in(goal, now) == 0
+            matches!(goal.quantity, Quantity::AtLeast(_))
+                && self.tests_of(goal).iter().all(|test| test.holds(now))
         };
         for goal in self.goals.iter().filter(|goal| !held(goal)) {
             let state = &self.domain.states[goal.state];
@@ -231,19 +224,11 @@ impl<'d> Problem<'d> {
                     achieved.iter().map(|s| self.domain.states[*s].name.clone()).collect();
                 return Err(ProblemError::NothingAchieves { state: name(), achieved });
             }
-            let references = match &state.frame {
-                Frame::World => 1,
-                Frame::Kind(kind) => {
-                    let count = self.of_kind(kind).count();
-                    if count == 0 {
-                        return Err(ProblemError::NoReference {
-                            state: name(),
-                            kind: kind.clone(),
-                        });
-                    }
-                    count
-                }
-            };
+            let references = self.references(&state.frame, None).len();
+            if references == 0 {
+                let kind = state.frame.name().to_owned();
+                return Err(ProblemError::NoReference { state: name(), kind });
+            }
             let least = match goal.quantity {
                 Quantity::AtLeast(n) => n,
                 Quantity::EachReference(n) => n * references,
@@ -263,178 +248,78 @@ impl<'d> Problem<'d> {
         objects.filter(move |(_, o)| *o.kind == *kind).map(|(i, _)| i)
     }
 
+    /// Returns the references that an object can have in a frame: each other object of the frame's kind, or `None` in the
+    /// world. Without an object, all of them.
+    pub(crate) fn references(&self, frame: &Frame, object: Option<usize>) -> Vec<Option<usize>> {
+        match frame.kind() {
+            None => vec![None],
+            Some(kind) => self.of_kind(kind).map(Some).filter(|r| *r != object).collect(),
+        }
+    }
+
+    /// Returns the references and places to which an operator can bring an object.
+    pub(super) fn targets(
+        &self,
+        operator: usize,
+        object: Option<usize>,
+    ) -> Vec<(Option<usize>, usize)> {
+        let to = &self.domain.states[self.domain.operators[operator].to];
+        let references = self.references(&to.frame, object).into_iter();
+        references.flat_map(|r| (0..to.places.len()).map(move |place| (r, place))).collect()
+    }
+
+    /// Returns the facts that an object can have: every place of every state of its kind, at every reference.
+    pub(crate) fn facts_of(&self, object: usize) -> Vec<Fact> {
+        let states = self.domain.states.iter().enumerate();
+        let own = states.filter(|(_, state)| *state.kind == *self.objects[object].kind);
+        let all = own.flat_map(|(state, described)| {
+            let references = self.references(&described.frame, Some(object));
+            (0..described.places.len()).flat_map(move |place| {
+                let references = references.clone().into_iter();
+                references.map(move |reference| Fact { state, place, reference })
+            })
+        });
+        all.collect()
+    }
+
     /// Returns the number of objects, or references, that the goal still lacks.
     pub fn lacking(&self, situation: &Situation) -> usize {
-        self.goals.iter().map(|g| self.lacking_in(g, situation)).sum()
+        self.goal_tests.iter().map(|test| test.lacking(situation)).sum()
     }
 
-    /// Returns the number of objects that a term of the goal still lacks.
-    pub(super) fn lacking_in(&self, goal: &GoalTerm, situation: &Situation) -> usize {
+    /// Returns the tests of the terms of the goal, in order.
+    pub(crate) fn goal_tests(&self) -> &[Test] {
+        &self.goal_tests
+    }
+
+    /// Returns the tests of a term of the goal.
+    fn tests_of(&self, goal: &GoalTerm) -> Vec<Test> {
         let state = &self.domain.states[goal.state];
-        let count = |reference: Option<usize>| {
-            let facts = situation.iter().flatten().filter(|f| f.state == goal.state);
-            facts.filter(|f| reference.is_none() || f.reference == reference).count()
-        };
+        let one = Test::of([goal.state]);
         match goal.quantity {
-            Quantity::AtLeast(n) => {
-                let counts = |f: &&Fact| {
-                    f.state == goal.state && is_within(goal.reference, f.reference, situation)
-                };
-                n.saturating_sub(situation.iter().flatten().filter(counts).count())
+            Quantity::AtLeast(0) | Quantity::EachReference(0) => Vec::new(),
+            Quantity::AtLeast(least) => vec![Test { least, within: goal.reference, ..one }],
+            Quantity::EachReference(least) => {
+                let each = self.of_kind(state.frame.kind().unwrap_or_default());
+                each.map(|r| Test { reference: Some(Some(r)), least, ..one.clone() }).collect()
             }
-            Quantity::EachReference(n) => {
-                let kind = state.frame.kind().unwrap_or_default();
-                self.of_kind(kind).map(|r| n.saturating_sub(count(Some(r)))).sum()
-            }
-            Quantity::EachObject => self.of_kind(&state.kind).count().saturating_sub(count(None)),
-        }
-    }
-
-    /// Returns the object that a role of a move stands for.
-    pub(super) fn role(&self, m: &Move, role: Role, situation: &Situation) -> Option<usize> {
-        match role {
-            Role::Object => Some(m.object),
-            Role::Origin => situation[m.object]
-                .and_then(|f| f.reference)
-                .filter(|origin| Some(*origin) != m.reference),
-            Role::Target => m.reference,
-        }
-    }
-
-    /// Returns the objects that fulfil a condition of a move.
-    pub(super) fn holders(
-        &self,
-        m: &Move,
-        condition: &Condition,
-        situation: &Situation,
-    ) -> Vec<usize> {
-        let is = |i: usize| situation[i].filter(|f| f.state == condition.state);
-        let others = (0..situation.len()).filter(|i| *i != m.object);
-        match condition.subject {
-            Subject::Is(role) => {
-                self.role(m, role, situation).into_iter().filter(|i| is(*i).is_some()).collect()
-            }
-            Subject::At(role) => match self.role(m, role, situation) {
-                Some(r) => {
-                    others.filter(|i| is(*i).is_some_and(|f| f.reference == Some(r))).collect()
-                }
-                None => Vec::new(),
+            Quantity::EachObject => match self.of_kind(&state.kind).count() {
+                0 => Vec::new(),
+                least => vec![Test { least, ..one }],
             },
-            Subject::Any => {
-                let parameters =
-                    [Role::Origin, Role::Target].map(|role| self.role(m, role, situation));
-                others.filter(|i| !parameters.contains(&Some(*i)) && is(*i).is_some()).collect()
-            }
         }
     }
 
-    /// Returns whether a need of a move is met.
-    pub(super) fn met(&self, m: &Move, need: &Need, situation: &Situation) -> bool {
-        let count = self.holders(m, &need.condition, situation).len();
-        match need.verdict {
-            NeedVerdict::Required => {
-                // The origin can be missing where the object left another state.
-                let bound = match need.condition.subject {
-                    Subject::Is(role) | Subject::At(role) => {
-                        self.role(m, role, situation).is_some()
-                    }
-                    Subject::Any => true,
-                };
-                !bound || count >= need.least
-            }
-            NeedVerdict::Absent => count == 0,
-            NeedVerdict::Undecided if need.holds => count >= need.least,
-            NeedVerdict::Undecided => count == 0,
-        }
-    }
-
-    /// Returns the places that exclude a place of a state, as pairs of state and place.
-    pub(super) fn conflicting(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
-        let own = (state, place);
-        let pairs = self.conflicts.range((own, (0, 0))..=(own, (usize::MAX, usize::MAX)));
-        pairs.map(|(_, other)| *other).collect()
+    /// Returns whether objects of this kind are told apart: some state has the kind as its frame.
+    pub(super) fn told_apart(&self, kind: &str) -> bool {
+        self.domain.states.iter().any(|s| s.frame.kind() == Some(kind))
     }
 
     /// Returns the pairs of state and place where no other object may be, with the same reference, before one is put at a
     /// place of a state. Empty if the place has room for several.
-    ///
-    /// # Panics
-    /// If the state or the place does not exist.
-    pub fn excluded_by(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
-        match self.domain.states[state].places[place].is_roomy() {
-            true => Vec::new(),
-            false => self.conflicting(state, place),
-        }
-    }
-
-    /// Returns whether no other object is at a place that the move needs.
-    pub(super) fn place_is_free(&self, m: &Move, situation: &Situation) -> bool {
-        let to = self.domain.operators[m.operator].to;
-        if self.domain.states[to].places[m.place].is_roomy() {
-            return true;
-        }
-        let wanted = (to, m.place);
-        situation.iter().enumerate().all(|(i, fact)| {
-            i == m.object
-                || !fact.is_some_and(|f| {
-                    f.reference == m.reference
-                        && self.conflicts.contains(&(wanted, (f.state, f.place)))
-                })
-        })
-    }
-
-    /// Returns whether `object` rests on `base`, directly or by way of other objects.
-    pub(super) fn rests_on(&self, object: usize, base: usize, situation: &Situation) -> bool {
-        let mut at = object;
-        for _ in 0..situation.len() {
-            match situation[at].and_then(|f| f.reference) {
-                Some(reference) if reference == base => return true,
-                Some(reference) => at = reference,
-                None => return false,
-            }
-        }
-        false
-    }
-
-    /// Returns the situation after a move.
-    pub fn after(&self, m: &Move, situation: &Situation) -> Situation {
-        let operator: &RelationalOperator = &self.domain.operators[m.operator];
-        let mut next = situation.clone();
-        let ended: BTreeSet<usize> =
-            operator.side_effects.iter().filter(|e| !e.begins).map(|e| e.condition.state).collect();
-        for effect in operator.side_effects.iter().filter(|e| !e.begins) {
-            for i in self.holders(m, &effect.condition, situation) {
-                next[i] = None;
-            }
-        }
-        for effect in operator.side_effects.iter().filter(|e| e.begins) {
-            if !self.holders(m, &effect.condition, situation).is_empty() {
-                continue;
-            }
-            let state = &self.domain.states[effect.condition.state];
-            let all: Vec<usize> = match effect.condition.subject {
-                Subject::Is(role) => self.role(m, role, situation).into_iter().collect(),
-                _ => self.of_kind(&state.kind).filter(|i| *i != m.object).collect(),
-            };
-            let leaving: Vec<usize> = all
-                .iter()
-                .copied()
-                .filter(|i| situation[*i].is_some_and(|f| ended.contains(&f.state)))
-                .collect();
-            let changed = if leaving.is_empty() { all } else { leaving };
-            if let Some(i) = changed.first() {
-                let reference = match effect.condition.subject {
-                    Subject::At(role) => self.role(m, role, situation),
-                    _ => state.frame.kind().and_then(|kind| {
-                        let old = situation[*i].and_then(|f| f.reference);
-                        old.filter(|r| *self.objects[*r].kind == *kind)
-                            .or_else(|| self.of_kind(kind).next())
-                    }),
-                };
-                next[*i] = Some(Fact { state: effect.condition.state, place: 0, reference });
-            }
-        }
-        next[m.object] = Some(Fact { state: operator.to, place: m.place, reference: m.reference });
-        next
+    pub(crate) fn excluded_by(&self, state: usize, place: usize) -> Vec<(usize, usize)> {
+        let own = (state, place);
+        let pairs = self.conflicts.range((own, (0, 0))..=(own, (usize::MAX, usize::MAX)));
+        pairs.map(|(_, other)| *other).collect()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ground::{GroundAction, Test};
+use super::facts::{GroundAction, Test};
 use super::problem::Problem;
 use crate::task::propositional::{Composition, Factor, Part, is_symbol};
 
@@ -12,10 +12,6 @@ const LONGEST: usize = 120;
 pub(super) struct Symbols<'p> {
     problem: &'p Problem<'p>,
     taken: BTreeSet<String>,
-    /// Names of the facts, in order.
-    pub facts: Vec<String>,
-    /// Names of the actions, in order.
-    pub actions: Vec<String>,
     factors: BTreeMap<String, Vec<Factor>>,
 }
 
@@ -50,13 +46,7 @@ fn with_first(name: &str, word: &str, by: &str) -> String {
 
 impl<'p> Symbols<'p> {
     pub fn new(problem: &'p Problem<'p>) -> Self {
-        Self {
-            problem,
-            taken: BTreeSet::new(),
-            facts: Vec::new(),
-            actions: Vec::new(),
-            factors: BTreeMap::new(),
-        }
+        Self { problem, taken: BTreeSet::new(), factors: BTreeMap::new() }
     }
 
     fn id(&self, object: usize) -> String {
@@ -82,8 +72,8 @@ impl<'p> Symbols<'p> {
         name
     }
 
-    /// Names a fact.
-    pub fn fact(&mut self, test: &Test) {
+    /// Returns a name for a fact.
+    pub fn fact(&mut self, test: &Test) -> String {
         let states = &self.problem.domain.states;
         let mut parts: Vec<Factor> = Vec::new();
         let names: BTreeSet<&str> = test.of.iter().map(|(s, _)| &*states[*s].name).collect();
@@ -146,11 +136,11 @@ impl<'p> Symbols<'p> {
         }
         let name = self.take(name);
         self.factors.insert(name.clone(), parts);
-        self.facts.push(name);
+        name
     }
 
-    /// Names an action.
-    pub fn action(&mut self, action: &GroundAction) {
+    /// Returns a name for an action.
+    pub fn action(&mut self, action: &GroundAction) -> String {
         let operator = &self.problem.domain.operators[action.operator];
         let to = &self.problem.domain.states[operator.to];
         let mut name = operator.name.clone();
@@ -200,11 +190,11 @@ impl<'p> Symbols<'p> {
         }
         let name = self.take(name);
         self.factors.insert(name.clone(), parts);
-        self.actions.push(name);
+        name
     }
 
     /// Returns what the names are made of.
-    pub fn composition(&self) -> Composition {
-        Composition::new(self.factors.clone())
+    pub fn composition(self) -> Composition {
+        Composition::new(self.factors)
     }
 }

@@ -2,9 +2,11 @@
 //! paper infers, and what domain files of versions 1 and 2 hold.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
 
+use super::condition::{Condition, Subject};
 use super::goal::{GoalTerm, Quantity};
-use super::operator::{Condition, Need, NeedVerdict, RelationalOperator, SideEffect, Subject};
+use super::operator::{Need, NeedVerdict, RelationalOperator, SideEffect};
 use super::state::{Coordinate, FrameState, Origin, Place, Turn};
 use super::{Frame, Provenance, RelationalDomain};
 use crate::robot::Pose;
@@ -24,6 +26,13 @@ const BROAD_FOUND_M: f64 = 4e-3;
 pub(crate) struct GaussianState {
     pub name: String,
     pub kind: String,
+    pub geometry: Geometry,
+}
+
+/// The poses of the objects in a state.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Geometry {
     /// Number of poses that the state was learned from, and of distinct ones.
     pub count: usize,
     pub distinct: usize,
@@ -115,36 +124,36 @@ impl CountedOperator {
 
 impl GaussianState {
     fn in_frame(self) -> FrameState {
-        let found = self.origin == Origin::Found;
+        let Self { name, kind, geometry } = self;
+        let Geometry { count, distinct, origin, mean, covariance } = &geometry;
+        let found = *origin == Origin::Found;
         let broad = if found { BROAD_FOUND_M } else { BROAD_M };
         let coordinates = std::array::from_fn(|i| {
-            let (mean, sd) = (self.mean.position[i], self.covariance[i][i].max(0.0).sqrt());
-            if self.distinct >= 2 && sd >= broad {
+            let (mean, sd) = (mean.position[i], covariance[i][i].max(0.0).sqrt());
+            if *distinct >= 2 && sd >= broad {
                 Coordinate::Open { low: mean - 2.0 * sd, high: mean + 2.0 * sd }
             } else {
                 Coordinate::Tight { mean, sd }
             }
         });
         FrameState {
-            turn: match self.tilt_sd() {
+            turn: match geometry.tilt_sd() {
                 Some(sd) if !found => Turn::Axis { axis: [0.0, 0.0, 1.0], sd },
                 _ => Turn::Free,
             },
-            name: self.name,
-            kind: self.kind,
+            name,
+            kind,
             frame: Frame::World,
-            places: vec![Place {
-                coordinates,
-                orientation: self.mean.orientation,
-                count: self.distinct,
-            }],
+            places: vec![Place { coordinates, orientation: mean.orientation, count: *distinct }],
             turn_matters: false,
-            origin: self.origin,
-            count: self.count,
-            any_coordinate: found && self.distinct < MIN_DISTINCT,
+            origin: *origin,
+            count: *count,
+            any_coordinate: found && *distinct < MIN_DISTINCT,
         }
     }
+}
 
+impl Geometry {
     /// Returns the standard deviation of the direction of the objects' z axis about each of two perpendicular axes, in
     /// radians; `None` if the direction is not constrained.
     fn tilt_sd(&self) -> Option<f64> {

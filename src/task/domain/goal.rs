@@ -1,10 +1,7 @@
 //! Goals: conjunctions of quantified terms, in an order.
 
-use serde::{Deserialize, Serialize};
-
 /// How many objects a goal term asks for.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Quantity {
     /// At least this number of objects is in the state.
     AtLeast(usize),
@@ -15,8 +12,7 @@ pub enum Quantity {
 }
 
 /// A term of a goal.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GoalTerm {
     /// Index of the state.
     pub state: usize,

@@ -23,6 +23,7 @@
 //! * A **goal** is a conjunction of terms in the order in which they were completed.
 
 mod check;
+mod condition;
 pub(crate) mod distance;
 mod file;
 mod frame;
@@ -34,12 +35,12 @@ mod situation;
 mod state;
 mod words;
 
+pub(crate) use condition::Parameters;
+pub use condition::{Condition, Role, Subject};
 pub use frame::Frame;
 pub(crate) use frame::{relative, world_pose};
 pub use goal::{GoalTerm, Quantity};
-pub use operator::{
-    Condition, Displacement, Need, NeedVerdict, RelationalOperator, Role, SideEffect, Subject,
-};
+pub use operator::{Displacement, Need, NeedVerdict, RelationalOperator, SideEffect};
 pub use provenance::{KindClusters, Provenance};
 pub(crate) use situation::is_within;
 pub use situation::{Fact, Situation};

@@ -2,50 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A parameter of an operator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Role {
-    /// The object that the action moves.
-    Object,
-    /// The reference of the state that the object leaves.
-    Origin,
-    /// The reference of the state that the object enters.
-    Target,
-}
-
-impl Role {
-    /// Returns the role's name in tables and pointers.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Object => "object",
-            Self::Origin => "origin",
-            Self::Target => "target",
-        }
-    }
-}
-
-/// The object that a condition is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Subject {
-    /// A parameter itself is in the state.
-    Is(Role),
-    /// Another object is in the state, with the parameter as its reference.
-    At(Role),
-    /// Any other object is in the state, with any reference.
-    Any,
-}
-
-/// A condition: a state, and whose state it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Condition {
-    /// Index of the state.
-    pub state: usize,
-    /// The object that is in the state.
-    pub subject: Subject,
-}
+use super::condition::{Condition, Role, Subject};
 
 /// What the demonstrations say about a condition before an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,8 +17,7 @@ pub enum NeedVerdict {
 }
 
 /// A condition before an action.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Need {
     /// The condition.
     pub condition: Condition,
@@ -77,9 +33,19 @@ pub struct Need {
     pub of: usize,
 }
 
+impl Need {
+    /// Returns whether the condition has to hold; `false` if it must not.
+    pub fn is_positive(&self) -> bool {
+        match self.verdict {
+            NeedVerdict::Required => true,
+            NeedVerdict::Absent => false,
+            NeedVerdict::Undecided => self.holds,
+        }
+    }
+}
+
 /// A change of another object's state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SideEffect {
     /// The condition that begins to hold, or ends.
     pub condition: Condition,
@@ -102,8 +68,7 @@ pub struct Displacement {
 }
 
 /// The needs and effects of an action that moves one object.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RelationalOperator {
     /// Name of the action: an upper-case letter, then letters, digits and `_`.
     pub name: String,
@@ -124,13 +89,19 @@ pub struct RelationalOperator {
 }
 
 impl RelationalOperator {
+    /// Returns the states that the operator achieves, for the object or for another one.
+    pub(crate) fn achieves(&self) -> impl Iterator<Item = usize> + '_ {
+        let begun = self.side_effects.iter().filter(|e| e.begins).map(|e| e.condition.state);
+        std::iter::once(self.to).chain(begun)
+    }
+
     /// Returns the needs with this verdict.
     pub fn needs_with(&self, verdict: NeedVerdict) -> impl Iterator<Item = &Need> {
         self.needs.iter().filter(move |need| need.verdict == verdict)
     }
 
     /// Returns whether the target has to be in a state before the action.
-    pub fn needs_of_target(&self, state: usize) -> bool {
+    pub(crate) fn needs_of_target(&self, state: usize) -> bool {
         let condition = Condition { state, subject: Subject::Is(Role::Target) };
         self.needs_with(NeedVerdict::Required).any(|need| need.condition == condition)
     }

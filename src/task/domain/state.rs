@@ -45,6 +45,17 @@ impl Coordinate {
         }
     }
 
+    /// Returns the range in which objects lie if the coordinate has room for several: its own, or the better part of a wide
+    /// spread; `None` if the coordinate fixes its object.
+    pub(crate) fn room(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::Open { low, high } => Some((low, high)),
+            Self::Tight { mean, sd } => {
+                (sd > ROOMY_M).then_some((mean - 1.2 * sd, mean + 1.2 * sd))
+            }
+        }
+    }
+
     /// Returns whether the coordinate is open.
     pub fn is_open(&self) -> bool {
         matches!(self, Self::Open { .. })
@@ -63,8 +74,12 @@ pub struct Place {
     pub count: usize,
 }
 
-/// Standard deviation above which a place holds any number of objects, in metres.
+/// Standard deviation, or width of a range, above which a place holds any number of objects, in metres. No recording
+/// tells how large an object is. What a gripper takes is a few centimetres wide: positions that scatter more than this
+/// were not all those of one object put down with care.
 pub(crate) const ROOMY_M: f64 = 0.015;
+/// Distance below which two places exclude each other, in metres: objects of this size would overlap.
+const SAME_PLACE_M: f64 = 0.008;
 
 impl Place {
     /// Returns the mean pose, in the place's frame. Open coordinates have the middle of their range.
@@ -74,10 +89,13 @@ impl Place {
 
     /// Returns whether the place holds any number of objects.
     pub(crate) fn is_roomy(&self) -> bool {
-        self.coordinates.iter().any(|c| match *c {
-            Coordinate::Open { .. } => true,
-            Coordinate::Tight { sd, .. } => sd > ROOMY_M,
-        })
+        self.coordinates.iter().any(|c| c.room().is_some())
+    }
+
+    /// Returns whether there is room for one object alone at this place and another in the same frame.
+    pub(crate) fn excludes(&self, other: &Self) -> bool {
+        let near = self.pose().distance(&other.pose()) < SAME_PLACE_M;
+        near && !self.is_roomy() && !other.is_roomy()
     }
 }
 

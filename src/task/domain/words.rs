@@ -104,15 +104,10 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns a condition before an action in words, such as `4 x BOLT_AT_FLANGE at the target flange`.
+    /// Returns a condition before an action in words, such as `4 x CHAIR_AT_TABLE at the target table`.
     pub fn need_in_words(&self, operator: &RelationalOperator, need: &Need) -> String {
         let condition = self.condition_in_words(operator, &need.condition);
-        let holds = match need.verdict {
-            NeedVerdict::Required => true,
-            NeedVerdict::Absent => false,
-            NeedVerdict::Undecided => need.holds,
-        };
-        match (holds, need.least) {
+        match (need.is_positive(), need.least) {
             (false, _) => format!("no {condition}"),
             (true, 1) => condition,
             (true, least) => format!("{least} x {condition}"),

@@ -1,8 +1,10 @@
 //! Guesses about objects in no state, such as a part that was dropped.
 
-use crate::task::classify::{LaidOut, Layout};
+use crate::robot::UP;
+use crate::task::classify::Layout;
 use crate::task::compile::Problem;
 use crate::task::domain::{Fact, RelationalDomain, Situation};
+use crate::task::recording::ObjectPose;
 
 /// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
 pub(super) const UNSEEN_M: f64 = -1e3;
@@ -42,9 +44,9 @@ pub(super) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
 }
 
 /// Returns whether an object is seen, and of a kind that some action moves.
-pub(super) fn is_loose(domain: &RelationalDomain, object: &LaidOut) -> bool {
+pub(super) fn is_loose(domain: &RelationalDomain, object: &ObjectPose) -> bool {
     let moved = |to: usize| *domain.states[to].kind == *object.kind;
-    object.pose.position[2] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
+    object.pose.position[UP] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
 }
 
 /// Returns the states that actions leave, with the nearest reference, for an object in no state.
@@ -60,7 +62,7 @@ fn guesses(domain: &RelationalDomain, layout: &Layout, object: usize) -> Vec<Fac
             Some(kind) => {
                 let all = layout.objects.iter().enumerate();
                 let all = all.filter(|(i, o)| *i != object && *o.kind == *kind);
-                let near = |o: &LaidOut| o.pose.distance(&own.pose);
+                let near = |o: &ObjectPose| o.pose.distance(&own.pose);
                 Some(all.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?.0)
             }
         };

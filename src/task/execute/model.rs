@@ -10,7 +10,7 @@ use super::guess::{UNSEEN_M, assumed, is_loose};
 use super::recovery::attempts::{Attempts, What};
 use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
-use crate::task::classify::{Classifier, LaidOut, Layout};
+use crate::task::classify::{Classifier, Layout};
 use crate::task::compile::{GroundProblem, Move, Problem, TargetPose};
 use crate::task::domain::{RelationalDomain, Situation, Turn};
 use crate::task::error::TaskError;
@@ -68,7 +68,7 @@ pub(super) struct TaskModel {
     pub planner: Arc<dyn Decider>,
     pub ground: Arc<GroundProblem>,
     /// The objects, with their part in the scene; `None` for landmarks. The poses are those of the first look.
-    objects: Vec<(LaidOut, Option<usize>)>,
+    objects: Vec<(ObjectPose, Option<usize>)>,
     /// Whether objects in no state are taken to be in a state that some action leaves.
     assume: bool,
 }
@@ -87,19 +87,18 @@ impl TaskModel {
         // The executor's look is the middle of several frames, but an error of the recording may remain.
         let classifier = Classifier::new(domain)
             .with_noise(sensing.pose_noise_m, sensing.pose_noise_deg.to_radians());
-        let mut objects: Vec<(LaidOut, Option<usize>)> =
+        let mut objects: Vec<(ObjectPose, Option<usize>)> =
             before.map_or_else(Vec::new, |(model, _)| model.objects.clone());
         for (object, part) in seen.snapshot.objects.iter().zip(&seen.parts) {
-            let same = |known: &(LaidOut, Option<usize>)| is_same(known, object, *part);
+            let same = |known: &(ObjectPose, Option<usize>)| is_same(known, object, *part);
             if !objects.iter().any(same) {
-                let pose = object.pose;
                 // The ids of parts depend on what is seen; those of the ground problem must differ.
                 let taken = objects.iter().any(|(o, _)| o.id == object.id);
                 let id = match part {
                     Some(part) if taken => format!("{}_part_{part}", object.kind).into(),
                     _ => object.id.clone(),
                 };
-                objects.push((LaidOut { id, kind: object.kind.clone(), pose }, *part));
+                objects.push((ObjectPose { id, ..object.clone() }, *part));
             }
         }
         let domain = domain.clone();
@@ -171,7 +170,7 @@ fn target_of(pose: &Pose, turn: &Turn) -> Target {
 }
 
 /// Returns whether an object of a snapshot is a known object. Parts keep their index; landmarks keep their id.
-fn is_same(known: &(LaidOut, Option<usize>), object: &ObjectPose, part: Option<usize>) -> bool {
+fn is_same(known: &(ObjectPose, Option<usize>), object: &ObjectPose, part: Option<usize>) -> bool {
     match (known.1, part) {
         (Some(own), Some(part)) => own == part,
         (None, None) => known.0.id == object.id,
@@ -183,7 +182,7 @@ fn is_same(known: &(LaidOut, Option<usize>), object: &ObjectPose, part: Option<u
 /// state.
 fn laid_out(
     classifier: &Classifier,
-    objects: &[(LaidOut, Option<usize>)],
+    objects: &[(ObjectPose, Option<usize>)],
     seen: &Seen,
     before: Option<&Layout>,
 ) -> Layout {
@@ -194,7 +193,7 @@ fn laid_out(
         let pose = found.map(|(object, _)| object.pose);
         unseen[i] = pose.is_none();
         let pose = pose.unwrap_or(Pose::at([0.0, 0.0, UNSEEN_M * (1.0 + i as f64)]));
-        ObjectPose { id: known.0.id.clone(), kind: known.0.kind.clone(), pose }
+        ObjectPose { pose, ..known.0.clone() }
     });
     let snapshot = Snapshot { objects: posed.collect(), ..seen.snapshot.clone() };
     let mut layout = match before {

@@ -4,28 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::attempts::Attempt;
 use super::gaussian::PoseGaussian;
-use super::names::{Landmark, Names, action_name, state_name};
+use super::names::{Names, action_name, landmarks, state_name};
 use super::observations::{Cluster, Observations};
 use super::operators::{Evidence, Instance};
-use super::summary::Failure;
+use super::summary::{AttemptReport, Failure, LearnReport, UnexplainedPoses};
 use super::transitions::Transitions;
 use super::{Learned, Settings};
 use crate::robot::Pose;
-use crate::task::domain::Origin;
-use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians};
-use crate::task::domain::{KindClusters, Provenance};
+use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians, Geometry};
+use crate::task::domain::{KindClusters, Origin, Provenance};
 use crate::task::error::TaskError;
-use crate::task::propositional::StateId;
-
-/// Inferred states and operators, as input for the report.
-pub(super) struct Inferred<'a> {
-    pub clusters: &'a [Cluster],
-    /// Clusters that are states, in the order of the domain's states.
-    pub states: &'a [usize],
-    /// For each attempt, the cluster in which it ended, or why it failed.
-    pub judged: &'a [Result<usize, Failure>],
-    pub operators: &'a [CountedOperator],
-}
+use crate::task::propositional::{ActionId, StateId};
 
 impl Observations<'_> {
     /// Returns for each attempt the cluster in which it ended, or why it failed. The clusters `states` are taken as the
@@ -64,29 +53,17 @@ impl Observations<'_> {
         let models = self.name_states(&clusters, &states);
         let operators = self.operators(&states, &models, &judged);
         let goal = self.goal(&states, &judged);
-        let provenance = Provenance {
-            symbolt: env!("CARGO_PKG_VERSION").into(),
-            seed: settings.seed,
-            p: settings.p,
-            threshold_m: settings.threshold_m,
-            demonstrations: self.recording.demos.len(),
-            snapshots: self.recording.snapshot_count(),
-            clusters: self
-                .kinds
-                .iter()
-                .map(|k| KindClusters {
-                    kind: k.name.to_string(),
-                    threshold_m: Some(k.threshold).filter(|t| t.is_finite()),
-                    next_merge_m: k.tree.next_merge(k.threshold),
-                })
-                .collect(),
-        };
-        let report = self.report(&Inferred {
-            clusters: &clusters,
-            states: &states,
-            judged: &judged,
-            operators: &operators,
+        let clusterings = self.kinds.iter().map(|k| KindClusters {
+            kind: k.name.to_string(),
+            threshold_m: Some(k.threshold).filter(|t| t.is_finite()),
+            next_merge_m: k.tree.next_merge(k.threshold),
         });
+        let provenance = Provenance {
+            threshold_m: settings.threshold_m,
+            clusters: clusterings.collect(),
+            ..settings.provenance(self.recording)
+        };
+        let report = self.report(&clusters, &states, &judged, &operators);
         let domain = Gaussians { states: models, operators, goal, provenance }.domain()?;
         Ok(Learned { domain, report, outliers: 0, unachieved: Vec::new() })
     }
@@ -105,7 +82,8 @@ impl Observations<'_> {
     }
 
     fn name_states(&self, clusters: &[Cluster], states: &[usize]) -> Vec<GaussianState> {
-        let landmarks = self.landmarks();
+        let fixed = |kind: &str| self.kinds.iter().all(|k| *k.name != *kind);
+        let landmarks = landmarks(self.recording, fixed);
         let mut names = Names::default();
         let mut models = Vec::new();
         for s in states {
@@ -118,29 +96,16 @@ impl Observations<'_> {
             models.push(GaussianState {
                 name: names.take(&state_name(&kind, origin, &fit.mean, &landmarks)),
                 kind,
-                count: poses.len(),
-                distinct: self.distinct(cluster),
-                origin,
-                mean: fit.mean,
-                covariance: fit.covariance,
+                geometry: Geometry {
+                    count: poses.len(),
+                    distinct: self.distinct(cluster),
+                    origin,
+                    mean: fit.mean,
+                    covariance: fit.covariance,
+                },
             });
         }
         models
-    }
-
-    /// Returns the objects of the first snapshot whose kind never moved.
-    fn landmarks(&self) -> Vec<Landmark> {
-        let first = self.recording.demos.iter().flat_map(|d| d.snapshots.first()).next();
-        first
-            .map(|snapshot| {
-                snapshot
-                    .objects
-                    .iter()
-                    .filter(|o| self.kinds.iter().all(|k| k.name != o.kind))
-                    .map(|o| Landmark { kind: o.kind.to_string(), pose: o.pose })
-                    .collect()
-            })
-            .unwrap_or_default()
     }
 
     /// Builds one operator for each state in which a successful attempt ended.
@@ -223,9 +188,43 @@ impl Observations<'_> {
         let (goal, held) = counts.into_iter().max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0)))?;
         Some((state_of(goal, states)?.index(), [held, self.recording.demos.len()]))
     }
+
+    /// Builds the report on every attempt and every cluster that is no state.
+    fn report(
+        &self,
+        clusters: &[Cluster],
+        states: &[usize],
+        judged: &[Result<usize, Failure>],
+        operators: &[CountedOperator],
+    ) -> LearnReport {
+        let attempts = self.attempts.iter().zip(judged).map(|(attempt, judged)| {
+            let demo = &self.recording.demos[attempt.demo];
+            // Every state in which a successful attempt ended has an operator.
+            let judged = judged.and_then(|to| {
+                let state = state_of(to, states).map(StateId::index);
+                let action = operators.iter().position(|o| Some(o.to) == state);
+                action.map(ActionId::new).ok_or(Failure::NothingNew)
+            });
+            AttemptReport::new(attempt, demo, &self.tracks[attempt.demo], judged)
+        });
+        let lost = clusters.iter().enumerate().filter(|(index, _)| !states.contains(index));
+        let unexplained = lost.filter_map(|(_, cluster)| {
+            let poses: Vec<Pose> = self.poses(cluster).copied().collect();
+            let seen = cluster.members.iter().map(|(demo, _, snapshot)| (*demo, *snapshot));
+            UnexplainedPoses::new(&self.kinds[cluster.kind].name, &poses, seen, self.recording)
+        });
+        let tracks = self.tracks.iter().flatten();
+        let fixed = tracks.filter(|track| self.kinds.iter().all(|k| k.name != track.kind));
+        let fixed: BTreeSet<&str> = fixed.map(|track| &*track.kind).collect();
+        LearnReport {
+            attempts: attempts.collect(),
+            unexplained: unexplained.collect(),
+            fixed_kinds: fixed.into_iter().map(str::to_owned).collect(),
+        }
+    }
 }
 
 /// Returns the id of the state that a cluster became, if any.
-pub(super) fn state_of(cluster: usize, states: &[usize]) -> Option<StateId> {
+fn state_of(cluster: usize, states: &[usize]) -> Option<StateId> {
     states.iter().position(|s| *s == cluster).map(StateId::new)
 }

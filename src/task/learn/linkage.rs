@@ -59,16 +59,6 @@ impl Dendrogram {
         Self { points: n, merges }
     }
 
-    /// Returns the number of points.
-    pub fn len(&self) -> usize {
-        self.points
-    }
-
-    /// Returns whether there are no points.
-    pub fn is_empty(&self) -> bool {
-        self.points == 0
-    }
-
     /// Returns all merges, in order of increasing height.
     pub fn merges(&self) -> &[Merge] {
         &self.merges
@@ -119,7 +109,7 @@ impl Dendrogram {
     /// cluster, or 0 if both are the same point. Takes at most O(n) time per pair.
     ///
     /// # Panics
-    /// If a pair has an index that is not below [`len`](Self::len).
+    /// If a pair has an index that is not below the number of points.
     pub fn join_heights(&self, pairs: &[(usize, usize)]) -> Vec<f64> {
         let mut parent = vec![usize::MAX; self.points + self.merges.len()];
         for (index, merge) in self.merges.iter().enumerate() {

@@ -75,7 +75,7 @@ pub use linkage::{Dendrogram, MAX_POINTS, Merge};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
-use crate::task::domain::RelationalDomain;
+use crate::task::domain::{Provenance, RelationalDomain};
 use crate::task::error::TaskError;
 use crate::task::event::{Ignore, Observer};
 use crate::task::recording::Recording;
@@ -120,6 +120,19 @@ impl Settings {
         Self { method: Method::Paper, ..Self::default() }
     }
 
+    /// Returns the provenance of a domain that is learned without a threshold.
+    fn provenance(&self, recording: &Recording) -> Provenance {
+        Provenance {
+            symbolt: env!("CARGO_PKG_VERSION").into(),
+            seed: self.seed,
+            p: self.p,
+            threshold_m: None,
+            demonstrations: recording.demos.len(),
+            snapshots: recording.snapshot_count(),
+            clusters: Vec::new(),
+        }
+    }
+
     fn check(&self) -> Result<(), TaskError> {
         check_exponent(self.p)?;
         match self.threshold_m {
@@ -131,6 +144,11 @@ impl Settings {
             _ => Ok(()),
         }
     }
+}
+
+/// Returns the error of a recording from which nothing can be learned, for this reason.
+fn nothing(reason: &str) -> TaskError {
+    TaskError::NothingToLearn { reason: reason.into() }
 }
 
 /// The result of learning.
@@ -182,7 +200,7 @@ pub fn learn_observed(
     settings.check()?;
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
         let reason = "every demonstration has fewer than two snapshots; expected at least two";
-        return Err(TaskError::NothingToLearn { reason: reason.into() });
+        return Err(nothing(reason));
     }
     match settings.method {
         Method::Relational => relational::learn(recording, settings, observer),

@@ -5,12 +5,20 @@ use std::collections::HashSet;
 use crate::robot::Pose;
 use crate::task::domain::Origin;
 use crate::task::propositional::is_symbol;
+use crate::task::recording::Recording;
 
 /// A fixture: an object that never moved. States near it are named after it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Landmark {
     pub kind: String,
     pub pose: Pose,
+}
+
+/// Returns the objects of the first snapshot whose kind is `fixed`.
+pub(crate) fn landmarks(recording: &Recording, fixed: impl Fn(&str) -> bool) -> Vec<Landmark> {
+    let first = recording.demos.iter().flat_map(|d| d.snapshots.first()).next();
+    let objects = first.into_iter().flat_map(|s| &s.objects).filter(|o| fixed(&o.kind));
+    objects.map(|o| Landmark { kind: o.kind.to_string(), pose: o.pose }).collect()
 }
 
 /// Largest distance at which a landmark names a state, in metres.

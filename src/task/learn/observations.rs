@@ -123,7 +123,7 @@ impl Observations<'_> {
             let kind = &mut self.kinds[k];
             kind.threshold = match settings.threshold_m {
                 Some(threshold) => threshold,
-                None => choose(&kind.tree, &manipulations).threshold,
+                None => choose(&kind.tree, &manipulations),
             };
             kind.labels = kind.tree.cut(kind.threshold).iter().map(|l| l + first).collect();
             first += kind.labels.iter().max().map_or(0, |l| l + 1 - first);

@@ -1,7 +1,7 @@
 //! The method of the paper: states in the world frame.
 
 use super::observations::Observations;
-use super::{Learned, Settings};
+use super::{Learned, Settings, nothing};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 use crate::task::recording::Recording;
@@ -12,7 +12,6 @@ pub(super) fn learn(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
-    let nothing = |reason: &str| TaskError::NothingToLearn { reason: reason.into() };
     let mut observed = Observations::observe(recording, settings, observer)?;
     if observed.kinds.is_empty() {
         return Err(nothing(

@@ -1,12 +1,11 @@
 //! The learner's report: the outcome of each attempt, and the poses that belong to no state.
 
-use std::collections::BTreeSet;
-
+use super::attempts::Attempt;
 use super::gaussian::PoseGaussian;
-use super::infer::{Inferred, state_of};
-use super::observations::Observations;
+use super::tracks::Track;
 use crate::robot::Pose;
-use crate::task::propositional::{ActionId, StateId};
+use crate::task::propositional::ActionId;
+use crate::task::recording::{Demonstration, Recording};
 
 /// The outcome of an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,73 +75,47 @@ pub struct LearnReport {
     pub fixed_kinds: Vec<String>,
 }
 
+impl AttemptReport {
+    /// Reports on an attempt in a demonstration whose objects have these tracks.
+    pub(super) fn new(
+        attempt: &Attempt,
+        demo: &Demonstration,
+        tracks: &[Track],
+        judged: Result<ActionId, Failure>,
+    ) -> Self {
+        let object = attempt.track.and_then(|track| tracks[track].id(demo, attempt.before));
+        Self {
+            demo: demo.number,
+            before: demo.snapshots[attempt.before].number,
+            after: demo.snapshots[attempt.after].number,
+            object: object.map(str::to_owned),
+            inferred: !attempt.declared,
+            outcome: judged.map_or_else(AttemptOutcome::Failed, AttemptOutcome::Action),
+        }
+    }
+}
+
+impl UnexplainedPoses {
+    /// Describes poses of a kind, with the demonstration and snapshot in which each was seen; `None` if there are none.
+    pub(super) fn new(
+        kind: &str,
+        poses: &[Pose],
+        seen: impl Iterator<Item = (usize, usize)>,
+        recording: &Recording,
+    ) -> Option<Self> {
+        let number = |(demo, snapshot): (usize, usize)| {
+            let demo = &recording.demos[demo];
+            (demo.number, demo.snapshots[snapshot].number)
+        };
+        let mean = PoseGaussian::fit(poses)?.mean;
+        let (kind, count) = (kind.to_owned(), poses.len());
+        Some(Self { kind, count, mean, seen: seen.map(number).collect() })
+    }
+}
+
 impl LearnReport {
     /// Returns the number of failed attempts.
     pub fn failed(&self) -> usize {
         self.attempts.iter().filter(|t| matches!(t.outcome, AttemptOutcome::Failed(_))).count()
-    }
-}
-
-impl Observations<'_> {
-    /// Builds the report on every attempt and every cluster that is no state.
-    pub(super) fn report(&self, inferred: &Inferred<'_>) -> LearnReport {
-        let Inferred { clusters, states, judged, operators } = inferred;
-        let number = |demo: usize, snapshot: usize| {
-            let demo = &self.recording.demos[demo];
-            (demo.number, demo.snapshots[snapshot].number)
-        };
-        let attempts = self
-            .attempts
-            .iter()
-            .zip(judged.iter())
-            .map(|(t, outcome)| {
-                let demo = &self.recording.demos[t.demo];
-                let action = |to: usize| {
-                    let state = state_of(to, states);
-                    operators
-                        .iter()
-                        .position(|o| Some(StateId::new(o.to)) == state)
-                        .map(ActionId::new)
-                };
-                AttemptReport {
-                    demo: demo.number,
-                    before: number(t.demo, t.before).1,
-                    after: number(t.demo, t.after).1,
-                    object: t
-                        .track
-                        .and_then(|track| self.tracks[t.demo][track].id(demo, t.before))
-                        .map(str::to_owned),
-                    inferred: !t.declared,
-                    outcome: match outcome.map(action) {
-                        Ok(Some(action)) => AttemptOutcome::Action(action),
-                        // Unreachable: every state in which a successful attempt ended has an operator.
-                        Ok(None) => AttemptOutcome::Failed(Failure::NothingNew),
-                        Err(why) => AttemptOutcome::Failed(why),
-                    },
-                }
-            })
-            .collect();
-        let unexplained = clusters
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| !states.contains(index))
-            .filter_map(|(_, cluster)| {
-                let poses: Vec<Pose> = self.poses(cluster).copied().collect();
-                Some(UnexplainedPoses {
-                    kind: self.kinds[cluster.kind].name.to_string(),
-                    count: poses.len(),
-                    mean: PoseGaussian::fit(&poses)?.mean,
-                    seen: cluster.members.iter().map(|(d, _, s)| number(*d, *s)).collect(),
-                })
-            })
-            .collect();
-        let mut fixed: BTreeSet<&str> = BTreeSet::new();
-        for track in self.tracks.iter().flatten() {
-            if self.kinds.iter().all(|k| k.name != track.kind) {
-                fixed.insert(&track.kind);
-            }
-        }
-        let fixed_kinds = fixed.into_iter().map(str::to_owned).collect();
-        LearnReport { attempts, unexplained, fixed_kinds }
     }
 }

@@ -34,17 +34,9 @@ pub(crate) struct Manipulation {
     pub moved: f64,
 }
 
-/// The chosen cut of the dendrogram of one kind.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Choice {
-    /// Threshold of the cut: merges at or above it are not made.
-    pub threshold: f64,
-    /// Number of manipulations that moved their part to another cluster.
-    pub explained: usize,
-}
-
-/// Chooses the threshold of one kind from the manipulations of its parts.
-pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choice {
+/// Chooses the threshold at which to cut the dendrogram of one kind, from the manipulations of its parts. Merges at or above
+/// it are not made.
+pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> f64 {
     let pairs: Vec<(usize, usize)> = manipulations.iter().map(|m| (m.before, m.after)).collect();
     let joins = tree.join_heights(&pairs);
     let mut counted: Vec<(f64, usize)> = manipulations
@@ -56,7 +48,7 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
     counted.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let Some((mut cut, _)) = counted.first().copied() else {
         // Nothing was manipulated, so all poses form one cluster.
-        return Choice { threshold: f64::INFINITY, explained: 0 };
+        return f64::INFINITY;
     };
     let mut demos: Vec<usize> = manipulations.iter().map(|m| m.demo).collect();
     demos.sort_unstable();
@@ -81,6 +73,5 @@ pub(crate) fn choose(tree: &Dendrogram, manipulations: &[Manipulation]) -> Choic
     }
     // Every threshold between the next lower merge and the cut gives the same clusters: take the geometric mean.
     let below = tree.last_merge(cut).unwrap_or(0.0);
-    let threshold = if below > 0.0 { (below * cut).sqrt().min(cut) } else { cut / 2.0 };
-    Choice { threshold, explained: joins.iter().filter(|j| **j >= cut).count() }
+    if below > 0.0 { (below * cut).sqrt().min(cut) } else { cut / 2.0 }
 }

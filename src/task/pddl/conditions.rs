@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::WriteFault;
 use crate::task::compile::{Move, Problem};
-use crate::task::domain::{Condition, Fact, Frame, Need, NeedVerdict, Role, Subject};
+use crate::task::domain::{Condition, Fact, Need, NeedVerdict};
 
 /// An object in a state.
 pub(super) type At = (usize, Fact);
@@ -40,27 +40,7 @@ pub(super) struct Possible<'p> {
 
 impl<'p> Possible<'p> {
     pub fn new(problem: &'p Problem<'p>, dropped: BTreeSet<(usize, usize)>) -> Self {
-        let objects = problem.objects();
-        let facts = objects.iter().enumerate().map(|(i, object)| {
-            let states = problem.domain().states.iter().enumerate();
-            let own = states.filter(|(_, state)| *state.kind == *object.kind);
-            let all = own.flat_map(|(state, described)| {
-                let references: Vec<Option<usize>> = match &described.frame {
-                    Frame::World => vec![None],
-                    Frame::Kind(kind) => {
-                        let others = objects.iter().enumerate();
-                        others.filter(|(r, o)| *r != i && *o.kind == **kind).map(|(r, _)| Some(r))
-                    }
-                    .collect(),
-                };
-                let places = 0..described.places.len();
-                places.flat_map(move |place| {
-                    let references = references.clone().into_iter();
-                    references.map(move |reference| Fact { state, place, reference })
-                })
-            });
-            all.collect()
-        });
+        let facts = (0..problem.objects().len()).map(|object| problem.facts_of(object));
         Self { problem, facts: facts.collect(), dropped }
     }
 
@@ -71,34 +51,13 @@ impl<'p> Possible<'p> {
         all.filter(|(i, fact)| test(*i, fact)).collect()
     }
 
-    /// Returns the object that a role of a move from a state stands for.
-    fn role(m: &Move, from: &Fact, role: Role) -> Option<usize> {
-        match role {
-            Role::Object => Some(m.object),
-            Role::Origin => from.reference.filter(|origin| Some(*origin) != m.reference),
-            Role::Target => m.reference,
-        }
-    }
-
-    /// Returns the facts that fulfil a condition of a move from a state.
-    fn holders(&self, m: &Move, from: &Fact, condition: &Condition) -> Vec<At> {
-        let state = condition.state;
-        match condition.subject {
-            Subject::Is(Role::Object) if from.state == state => vec![(m.object, *from)],
-            Subject::Is(role) => match Self::role(m, from, role).filter(|r| *r != m.object) {
-                Some(r) => self.others(m.object, |i, fact| i == r && fact.state == state),
-                None => Vec::new(),
-            },
-            Subject::At(role) => match Self::role(m, from, role) {
-                Some(r) => self
-                    .others(m.object, |_, fact| fact.state == state && fact.reference == Some(r)),
-                None => Vec::new(),
-            },
-            Subject::Any => {
-                let roles = [Role::Origin, Role::Target].map(|role| Self::role(m, from, role));
-                self.others(m.object, |i, fact| fact.state == state && !roles.contains(&Some(i)))
-            }
-        }
+    /// Returns the facts that a condition of a move from a state counts; `None` if it is about a parameter that the move
+    /// lacks.
+    fn holders(&self, m: &Move, from: &Fact, condition: &Condition) -> Option<Vec<At>> {
+        let counted = condition.counted(&m.parameters(Some(from)))?;
+        let own = Some((m.object, *from)).filter(|(object, fact)| counted.includes(*object, fact));
+        let others = self.others(m.object, |i, fact| counted.includes(i, fact));
+        Some(own.into_iter().chain(others).collect())
     }
 
     /// Returns the ways to make a move from a state. `most` is the greatest number.
@@ -122,9 +81,8 @@ impl<'p> Possible<'p> {
         }
         ways = self.with_side_effects(ways, m, from, most)?;
         for way in &mut ways {
-            let to = Fact { state: operator.to, place: m.place, reference: m.reference };
             way.ends.insert((m.object, *from));
-            way.begins.insert((m.object, to));
+            way.begins.insert((m.object, m.result(operator)));
         }
         Ok(ways)
     }
@@ -193,19 +151,12 @@ impl<'p> Possible<'p> {
         need: &Need,
         most: usize,
     ) -> Result<Vec<Way>, WriteFault> {
-        let holders = self.holders(m, from, &need.condition);
-        let bound = match need.condition.subject {
-            Subject::Is(role) | Subject::At(role) => Self::role(m, from, role).is_some(),
-            Subject::Any => true,
-        };
-        let wanted = match need.verdict {
-            NeedVerdict::Required if !bound => return Ok(ways),
-            NeedVerdict::Required => true,
-            NeedVerdict::Absent => false,
-            NeedVerdict::Undecided => need.holds,
+        let holders = match self.holders(m, from, &need.condition) {
+            None if need.verdict == NeedVerdict::Required => return Ok(ways),
+            holders => holders.unwrap_or_default(),
         };
         let mut met = Vec::new();
-        if !wanted {
+        if !need.is_positive() {
             for mut way in ways {
                 way.lacks.extend(&holders);
                 met.push(way);
@@ -244,33 +195,25 @@ impl<'p> Possible<'p> {
     ) -> Result<Vec<Way>, WriteFault> {
         let domain = self.problem.domain();
         let operator = &domain.operators[m.operator];
+        let parameters = m.parameters(Some(from));
         for effect in operator.side_effects.iter().filter(|e| !e.begins) {
             // To end what does not hold has no effect.
-            let holders = self.holders(m, from, &effect.condition);
+            let holders = self.holders(m, from, &effect.condition).unwrap_or_default();
             ways.iter_mut().for_each(|way| way.ends.extend(&holders));
         }
         for effect in operator.side_effects.iter().filter(|e| e.begins) {
-            let state = &domain.states[effect.condition.state];
-            let changed: Vec<usize> = match effect.condition.subject {
-                Subject::Is(role) => Self::role(m, from, role).into_iter().collect(),
+            let changed = match self.problem.changeable(&effect.condition, &parameters)[..] {
+                [] => continue,
+                [changed] if changed == m.object => continue,
+                [changed] => changed,
                 _ => {
-                    let all = self.problem.objects().iter().enumerate();
-                    let all = all.filter(|(i, o)| *i != m.object && *o.kind == *state.kind);
-                    all.map(|(i, _)| i).collect()
+                    return Err(WriteFault::Uncertain {
+                        action: operator.name.clone(),
+                        state: domain.states[effect.condition.state].name.clone(),
+                    });
                 }
             };
-            let [changed] = changed[..] else {
-                if changed.is_empty() {
-                    continue;
-                }
-                return Err(WriteFault::Uncertain {
-                    action: operator.name.clone(),
-                    state: state.name.clone(),
-                });
-            };
-            if changed == m.object {
-                continue;
-            }
+            let holders = self.holders(m, from, &effect.condition).unwrap_or_default();
             let mut split = Vec::new();
             for way in ways {
                 for now in self.facts[changed].iter().map(Some).chain([None]) {
@@ -281,13 +224,8 @@ impl<'p> Possible<'p> {
                         }
                         None => way.lacks.extend(self.facts[changed].iter().map(|f| (changed, *f))),
                     }
-                    let holders = self.holders(m, from, &effect.condition);
                     if now.is_none_or(|fact| !holders.contains(&(changed, *fact))) {
-                        let reference = match effect.condition.subject {
-                            Subject::At(role) => Self::role(m, from, role),
-                            _ => self.kept_reference(effect.condition.state, now),
-                        };
-                        let begun = Fact { state: effect.condition.state, place: 0, reference };
+                        let begun = self.problem.begun(&effect.condition, &parameters, now);
                         way.ends.extend(now.map(|fact| (changed, *fact)));
                         way.begins.insert((changed, begun));
                     }
@@ -302,14 +240,5 @@ impl<'p> Possible<'p> {
             ways = split;
         }
         Ok(ways)
-    }
-
-    /// Returns the reference of an object that begins to be in a state: its old one if it has the right kind, otherwise
-    /// the first of this kind.
-    fn kept_reference(&self, state: usize, now: Option<&Fact>) -> Option<usize> {
-        let kind = self.problem.domain().states[state].frame.kind()?;
-        let objects = self.problem.objects();
-        let old = now.and_then(|fact| fact.reference).filter(|r| *objects[*r].kind == *kind);
-        old.or_else(|| objects.iter().position(|o| *o.kind == *kind))
     }
 }

@@ -1,6 +1,6 @@
 //! Writes learned domains, with a situation and a goal, as PDDL that any STRIPS planner reads.
 //!
-//! [`of_relational`] writes a relational problem. Its facts say where an object is: `(on_bolt nut1 bolt2)`. There is one
+//! [`of_relational`] writes a relational problem. Its facts say where an object is: `(cup_at_plate cup1 plate2)`. There is one
 //! action for each move, for each state that the object may leave, and for each way to meet its conditions, so that
 //! neither quantifiers nor conditional effects are needed. The reachable states are the reachable situations of the
 //! problem. [`of_grounded`] writes a grounded problem, such as that of a domain learned as in the paper. Its facts have no

@@ -7,10 +7,13 @@ use super::operator::Operator;
 use super::state::State;
 use crate::task::error::TaskError;
 
+/// The kind of every object.
+const KIND: &str = "object";
+
 /// Builds a domain in code, for planning without geometry.
 ///
-/// Naming a state adds it to the domain, in the order of first mention. All states belong to one kind of object,
-/// [`DomainBuilder::KIND`]. A state may have several causes.
+/// Naming a state adds it to the domain, in the order of first mention. All states belong to one kind of object, `object`.
+/// A state may have several causes.
 ///
 /// ```
 /// use symbolt::task::DomainBuilder;
@@ -37,17 +40,6 @@ struct Action {
 }
 
 impl DomainBuilder {
-    /// The kind of every object.
-    pub const KIND: &'static str = "object";
-
-    /// Returns a builder with the paper's domain (section II.E): put a nut and a bolt into the jig, then assemble them.
-    pub fn of_the_paper() -> Self {
-        Self::new()
-            .action("PUT_NUT_IN_JIG", ["NUT_ON_TABLE"], ["NUT_IN_JIG"])
-            .action("PUT_BOLT_IN_JIG", ["BOLT_ON_TABLE"], ["BOLT_IN_JIG"])
-            .action("ASSEMBLE", ["NUT_IN_JIG", "BOLT_IN_JIG"], ["BOLT_ASSEMBLED"])
-    }
-
     /// Returns a builder without states and actions.
     pub fn new() -> Self {
         Self::default()
@@ -116,7 +108,7 @@ impl DomainBuilder {
             });
         }
         let states = self.states.into_iter();
-        let states = states.map(|name| State { name, kind: Self::KIND.into() });
+        let states = states.map(|name| State { name, kind: KIND.into() });
         Domain::new(states.collect(), operators)
     }
 }

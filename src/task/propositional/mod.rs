@@ -4,7 +4,7 @@
 //! one in code. From a [learned domain](super::domain) and a scene,
 //! [`Problem::ground`](super::compile::Problem::ground) compiles one.
 //!
-//! * A **state** is a condition of one object, such as `NUT_IN_JIG`. It *holds* while at least one object is in it.
+//! * A **state** is a condition of one object, such as `CUP_ON_TABLE`. It *holds* while at least one object is in it.
 //! * An **action** changes states. Its **operator** lists the **preconditions**, which must hold before the action,
 //!   and the **effects**, which hold after it.
 //! * A **cause** of a state is an action that has the state among its effects.

@@ -30,7 +30,7 @@ pub enum SnapshotEvent {
 }
 
 /// The pose of one object at one moment.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObjectPose {
     /// Id that the recorder gave the object. An id identifies an object only within a demonstration, and only while the
     /// number of objects of its kind stays the same: when an object is lost, later ids may move down.

@@ -1,10 +1,12 @@
 //! Faults in the fields of a JSON file, and the first field that has one.
 
+use std::collections::HashMap;
+
 use serde::Deserialize;
 use serde_json::Value;
 
 use crate::spa::nearest_name;
-use crate::task::propositional::Fault;
+use crate::task::propositional::{Fault, check_names};
 
 /// A fault in a field of the file.
 pub(super) struct FieldFault {
@@ -28,20 +30,52 @@ impl FieldFault {
     pub fn at(self, field: String) -> Self {
         Self { field, ..self }
     }
+}
 
-    /// Builds the fault of a field that names no state.
-    pub fn no_state(name: &str, field: String, names: &[String]) -> Self {
-        let near = nearest_name(name, names.iter().map(String::as_str));
-        let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
-        let name: String = match name.char_indices().nth(200) {
-            Some((at, _)) => format!("{}...", &name[..at]),
-            None => name.into(),
-        };
-        Self {
-            field,
-            problem: format!("`{name}` is not a state{near}"),
-            expected: format!("one of the domain's states: {}", names.join(", ")),
-        }
+/// The names of the states of a file, by which its other entries refer to them.
+pub(super) struct StateNames {
+    names: Vec<String>,
+    places: HashMap<String, usize>,
+}
+
+impl StateNames {
+    /// Checks the names of states and operators. An invalid name must not be reported as a reference to an unknown state.
+    pub fn new<'n>(
+        states: impl Iterator<Item = &'n String> + Clone,
+        operators: impl Iterator<Item = &'n String>,
+    ) -> Result<Self, Fault> {
+        check_names(states.clone().chain(operators))?;
+        let names: Vec<String> = states.cloned().collect();
+        let places = names.iter().cloned().zip(0..).collect();
+        Ok(Self { names, places })
+    }
+
+    /// Returns the number of states.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Returns the index of the state that a field names.
+    pub fn find(&self, name: &str, field: impl FnOnce() -> String) -> Result<usize, FieldFault> {
+        self.places.get(name).copied().ok_or_else(|| {
+            let near = nearest_name(name, self.names.iter().map(String::as_str));
+            let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
+            let name: String = match name.char_indices().nth(200) {
+                Some((at, _)) => format!("{}...", &name[..at]),
+                None => name.into(),
+            };
+            FieldFault {
+                field: field(),
+                problem: format!("`{name}` is not a state{near}"),
+                expected: format!("one of the domain's states: {}", self.names.join(", ")),
+            }
+        })
+    }
+
+    /// Returns the indices of the states that a field lists.
+    pub fn find_all(&self, list: &[String], field: &str) -> Result<Vec<usize>, FieldFault> {
+        let entries = list.iter().enumerate();
+        entries.map(|(i, name)| self.find(name, || format!("{field}[{i}]"))).collect()
     }
 }
 

@@ -7,7 +7,6 @@ mod fields;
 mod old;
 mod shape;
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -19,8 +18,8 @@ use super::{
 };
 use crate::files::{Limit, read_file};
 use crate::task::error::{InputFault, TaskError, json_problem};
-use crate::task::propositional::{Fault, check_names};
-use fields::FieldFault;
+use crate::task::propositional::Fault;
+use fields::{FieldFault, StateNames};
 
 /// Value of the `format` field.
 const FORMAT: &str = "symbolt-domain";
@@ -221,16 +220,8 @@ impl DomainFile {
             let problem = format!("its states have {places} places");
             return Err(Fault::new(problem, format!("at most {MAX_PLACES}")).into());
         }
-        // Names first: an invalid name must not be reported as a reference to an unknown state.
         let states = self.states.iter().map(|s| &s.name);
-        check_names(states.chain(self.operators.iter().map(|o| &o.name)))?;
-        let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
-        let places: HashMap<&str, usize> =
-            names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
-        let find = |name: &str, field: &dyn Fn() -> String| {
-            let at = places.get(name).copied();
-            at.ok_or_else(|| FieldFault::no_state(name, field(), &names))
-        };
+        let names = StateNames::new(states, self.operators.iter().map(|o| &o.name))?;
         let mut goals = Vec::with_capacity(self.goals.len());
         for (index, entry) in self.goals.iter().enumerate() {
             let quantity = match entry.each {
@@ -238,27 +229,24 @@ impl DomainFile {
                 Some(Each::Reference) => Quantity::EachReference(entry.at_least),
                 Some(Each::Object) => Quantity::EachObject,
             };
-            let state = find(&entry.state, &|| format!("goals[{index}].state"))?;
+            let state = names.find(&entry.state, || format!("goals[{index}].state"))?;
             let field = || format!("goals[{index}].references_in");
-            let reference = entry.references_in.as_ref().map(|name| find(name, &field));
+            let reference = entry.references_in.as_ref().map(|name| names.find(name, field));
             let reference = reference.transpose()?;
             goals.push(GoalTerm { state, quantity, reference, held: entry.held, of: entry.of });
         }
         let mut operators = Vec::with_capacity(self.operators.len());
         for (index, entry) in self.operators.into_iter().enumerate() {
-            let all = |list: &[String], what: &str| -> Result<Vec<usize>, FieldFault> {
-                let place = |i| move || format!("operators[{index}].{what}[{i}]");
-                list.iter().enumerate().map(|(i, name)| find(name, &place(i))).collect()
-            };
+            let own = |what: &str| format!("operators[{index}].{what}");
             let need = |(i, n): (usize, &NeedEntry)| {
-                let state = find(&n.state, &|| format!("operators[{index}].needs[{i}].state"))?;
+                let state = names.find(&n.state, || own(&format!("needs[{i}].state")))?;
                 let condition = Condition { state, subject: n.subject };
                 let NeedEntry { verdict, holds, least, held, of, .. } = *n;
                 Ok::<_, FieldFault>(Need { condition, verdict, holds, least, held, of })
             };
             let effect = |(i, e): (usize, &SideEffectEntry)| {
-                let place = || format!("operators[{index}].side_effects[{i}].state");
-                let condition = Condition { state: find(&e.state, &place)?, subject: e.subject };
+                let state = names.find(&e.state, || own(&format!("side_effects[{i}].state")))?;
+                let condition = Condition { state, subject: e.subject };
                 Ok::<_, FieldFault>(SideEffect {
                     condition,
                     begins: e.begins,
@@ -267,14 +255,14 @@ impl DomainFile {
                 })
             };
             operators.push(RelationalOperator {
-                from: all(&entry.from, "from")?,
-                to: find(&entry.to, &|| format!("operators[{index}].to"))?,
+                from: names.find_all(&entry.from, &own("from"))?,
+                to: names.find(&entry.to, || own("to"))?,
                 needs: entry.needs.iter().enumerate().map(need).collect::<Result<_, _>>()?,
                 side_effects: {
                     let effects = entry.side_effects.iter().enumerate().map(effect);
                     effects.collect::<Result<_, _>>()?
                 },
-                never_seen: all(&entry.never_seen, "never_seen")?,
+                never_seen: names.find_all(&entry.never_seen, &own("never_seen"))?,
                 name: entry.name,
                 displacement: entry.displacement,
                 instances: entry.instances,

@@ -1,16 +1,14 @@
 //! Versions 1 and 2 of the domain file: states that are Gaussians in the world frame, and actions with counts.
 
-use std::collections::HashMap;
-
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::check_counts;
-use super::fields::{FieldFault, faulty_entry};
+use super::fields::{FieldFault, StateNames, faulty_entry};
 use crate::robot::Pose;
-use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians};
+use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians, Geometry};
 use crate::task::domain::{Origin, Provenance, RelationalDomain};
-use crate::task::propositional::{Fault, check_names};
+use crate::task::propositional::Fault;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,23 +23,13 @@ pub(super) struct DomainFile {
     operators: Vec<Operator>,
 }
 
-/// The geometry of a state, which version 1 has among its other fields.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Learned {
-    count: usize,
-    distinct: usize,
-    origin: Origin,
-    mean: Pose,
-    covariance: [[f64; 6]; 6],
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct State {
     name: String,
     kind: String,
-    learned: Option<Learned>,
+    learned: Option<Geometry>,
+    // Version 1 has the geometry here.
     count: Option<usize>,
     distinct: Option<usize>,
     origin: Option<Origin>,
@@ -101,14 +89,13 @@ impl State {
         let Self { name, kind, learned, count, distinct, origin, mean, covariance } = self;
         let flat = || {
             let (count, distinct, origin) = (count?, distinct?, origin?);
-            Some(Learned { count, distinct, origin, mean: mean?, covariance: covariance? })
+            Some(Geometry { count, distinct, origin, mean: mean?, covariance: covariance? })
         };
-        let Some(Learned { count, distinct, origin, mean, covariance }) = learned.or_else(flat)
-        else {
+        let Some(geometry) = learned.or_else(flat) else {
             let expected = "the geometry of a learned state";
             return Err(FieldFault::found(&format!("states[{at}].learned"), None, expected));
         };
-        Ok(GaussianState { name, kind, count, distinct, origin, mean, covariance })
+        Ok(GaussianState { name, kind, geometry })
     }
 }
 
@@ -116,24 +103,14 @@ impl DomainFile {
     /// Returns the domain as the present version has it.
     pub fn migrate(self) -> Result<RelationalDomain, FieldFault> {
         check_counts(self.states.len(), self.operators.len())?;
-        // Names first: an invalid name must not be reported as a reference to an unknown state.
         let states = self.states.iter().map(|s| &s.name);
-        check_names(states.chain(self.operators.iter().map(|o| &o.name)))?;
-        let names: Vec<String> = self.states.iter().map(|s| s.name.clone()).collect();
-        let places: HashMap<&str, usize> =
-            names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
-        let find = |name: &str, field: &dyn Fn() -> String| {
-            let at = places.get(name).copied();
-            at.ok_or_else(|| FieldFault::no_state(name, field(), &names))
-        };
-        let goal = self.goal.map(|g| find(&g, &|| "goal".into())).transpose()?;
+        let names = StateNames::new(states, self.operators.iter().map(|o| &o.name))?;
+        let goal = self.goal.map(|g| names.find(&g, || "goal".into())).transpose()?;
         let mut operators = Vec::with_capacity(self.operators.len());
         for (index, entry) in self.operators.into_iter().enumerate() {
-            let one = |name: &str, what: &str| find(name, &|| format!("operators[{index}].{what}"));
-            let all = |list: &[String], what: &str| -> Result<Vec<usize>, FieldFault> {
-                let place = |i| move || format!("operators[{index}].{what}[{i}]");
-                list.iter().enumerate().map(|(i, name)| find(name, &place(i))).collect()
-            };
+            let own = |what: &str| format!("operators[{index}].{what}");
+            let one = |name: &str, what: &str| names.find(name, || own(what));
+            let all = |list: &[String], what: &str| names.find_all(list, &own(what));
             let Evidence { instances, before, change } = entry.evidence;
             for (list, length) in [("before", before.len()), ("change", change.len())] {
                 if length != names.len() {

@@ -9,7 +9,7 @@ use crate::robot::Pose;
 use crate::task::domain::relative;
 
 /// Smallest size of the scene in a coordinate, in metres.
-const SMALLEST_M: f64 = 0.05;
+pub(super) const SMALLEST_M: f64 = 0.05;
 
 /// The frames of a recording. Frame 0 is the world, frame `k + 1` belongs to kind `k`.
 pub(super) struct Frames<'m, 'r> {

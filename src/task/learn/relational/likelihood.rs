@@ -8,8 +8,15 @@
 use nalgebra::Matrix3;
 use statrs::function::gamma::ln_gamma;
 
+use super::motion::Noise;
+
 /// Shape of the prior of a variance.
 const SHAPE: f64 = 0.5;
+/// Scale of careful placing, in metres and radians, without noise of sensing.
+pub(super) const PLACED_M: f64 = 2e-4;
+const PLACED_RAD: f64 = 0.02;
+/// Scale of a displacement that is meant to be the same each time, in metres.
+const DISPLACED_M: f64 = 1e-3;
 /// Scales of loose and of broad placings, in metres.
 const LOOSE_M: f64 = 3e-3;
 const BROAD_M: f64 = 4e-2;
@@ -59,9 +66,17 @@ pub(super) struct Likelihood {
 }
 
 impl Likelihood {
-    pub fn new(scale_m: f64, scale_rad: f64, most: usize) -> Self {
+    /// Returns the likelihood of at most `most` poses of objects that were put down.
+    pub fn of_placing(noise: &Noise, most: usize) -> Self {
         let gammas = (0..=3 * most).map(|k| ln_gamma(SHAPE + k as f64 / 2.0)).collect();
-        Self { scale_m, scale_rad, turns: false, gammas }
+        let scale_rad = PLACED_RAD.hypot(noise.angle_rad);
+        Self { scale_m: PLACED_M.hypot(noise.position_m), scale_rad, turns: false, gammas }
+    }
+
+    /// Returns the likelihood of at most `most` displacements.
+    pub fn of_displacing(noise: &Noise, most: usize) -> Self {
+        let scale_m = DISPLACED_M.hypot(noise.position_m);
+        Self { scale_m, ..Self::of_placing(noise, most) }
     }
 
     fn gamma(&self, k: usize) -> f64 {

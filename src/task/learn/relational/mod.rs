@@ -10,13 +10,12 @@ mod places;
 mod single;
 mod states;
 
-use super::summary::{AttemptOutcome, AttemptReport, LearnReport, UnexplainedPoses};
-use super::{Learned, Settings};
+use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
+use super::{Learned, Settings, nothing};
 use crate::robot::Pose;
-use crate::task::domain::{Provenance, RelationalDomain};
+use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
-use crate::task::learn::PoseGaussian;
 use crate::task::propositional::ActionId;
 use crate::task::recording::Recording;
 use motion::Motion;
@@ -36,7 +35,6 @@ pub(super) fn learn(
         domain.goals = single::goals(domain, recording);
         return Ok(learned);
     }
-    let nothing = |reason: &str| TaskError::NothingToLearn { reason: reason.into() };
     let snapshots = recording.snapshot_count();
     observer.observe(&Event::Learning(LearningStep::Following { snapshots }));
     let motion = Motion::of(recording, settings.p);
@@ -68,15 +66,7 @@ pub(super) fn learn(
         goals,
         noise_m: motion.noise.position_m,
         noise_rad: motion.noise.angle_rad,
-        provenance: Provenance {
-            symbolt: env!("CARGO_PKG_VERSION").into(),
-            seed: settings.seed,
-            p: settings.p,
-            threshold_m: None,
-            demonstrations: recording.demos.len(),
-            snapshots,
-            clusters: Vec::new(),
-        },
+        provenance: settings.provenance(recording),
     };
     domain.check()?;
     Ok(Learned { domain, report, outliers: motion.outliers, unachieved })
@@ -88,35 +78,13 @@ fn report(
     built: &operators::Operators,
 ) -> LearnReport {
     let attempts = motion.attempts.iter().zip(&built.judged).map(|(attempt, judged)| {
-        let demo = motion.demo(attempt.demo);
-        AttemptReport {
-            demo: demo.number,
-            before: demo.snapshots[attempt.before].number,
-            after: demo.snapshots[attempt.after].number,
-            object: attempt
-                .track
-                .and_then(|t| motion.tracks[attempt.demo][t].id(demo, attempt.before))
-                .map(str::to_owned),
-            inferred: !attempt.declared,
-            outcome: match judged {
-                Ok(operator) => AttemptOutcome::Action(ActionId::new(*operator)),
-                Err(failure) => AttemptOutcome::Failed(*failure),
-            },
-        }
+        let (demo, tracks) = (motion.demo(attempt.demo), &motion.tracks[attempt.demo]);
+        AttemptReport::new(attempt, demo, tracks, judged.map(ActionId::new))
     });
     let unexplained = found.unexplained.iter().filter_map(|u| {
         let poses: Vec<Pose> = u.rests.iter().map(|r| motion.rests[*r].pose).collect();
-        let seen = u.rests.iter().map(|r| {
-            let rest = &motion.rests[*r];
-            let demo = motion.demo(rest.demo);
-            (demo.number, demo.snapshots[rest.first].number)
-        });
-        Some(UnexplainedPoses {
-            kind: u.kind.clone(),
-            count: poses.len(),
-            mean: PoseGaussian::fit(&poses)?.mean,
-            seen: seen.collect(),
-        })
+        let seen = u.rests.iter().map(|r| (motion.rests[*r].demo, motion.rests[*r].first));
+        UnexplainedPoses::new(&u.kind, &poses, seen, motion.recording)
     });
     LearnReport {
         attempts: attempts.collect(),

@@ -6,16 +6,12 @@ use super::frames::Frames;
 use super::likelihood::{Likelihood, about, overall};
 use super::motion::Came;
 use super::places::Group;
-use super::states::{PLACED_M, PLACED_RAD};
 use crate::robot::{Pose, mean_orientation};
-use crate::task::domain::Origin;
-use crate::task::domain::gaussian::MIN_DISTINCT;
-use crate::task::domain::{Coordinate, Frame, FrameState, Place, ROOMY_M, Turn};
+use crate::task::domain::gaussian::{MIN_DISTINCT, WILD_RAD};
+use crate::task::domain::{Coordinate, Frame, FrameState, Origin, Place, ROOMY_M, Turn};
 use crate::task::learn::gaussian::robust_mean;
-use crate::task::learn::names::{Landmark, Names, state_name, symbol};
+use crate::task::learn::names::{Landmark, Names, landmarks, state_name, symbol};
 
-/// Standard deviation above which an orientation is free, in radians.
-const WILD_RAD: f64 = 0.35;
 /// Number of poses below which a loose agreement is taken for chance.
 const FEW: usize = 8;
 /// Spread of a loose agreement, in standard deviations of careful placing.
@@ -24,15 +20,9 @@ const CHANCE_SD: f64 = 5.0;
 impl Frames<'_, '_> {
     /// Returns the objects of the first snapshot whose kind never moved.
     pub fn landmarks(&self) -> Vec<Landmark> {
-        let first = self.motion.recording.demos.iter().flat_map(|d| d.snapshots.first()).next();
-        let fixed = |kind: &str| {
+        landmarks(self.motion.recording, |kind| {
             self.kinds.iter().zip(&self.moves).any(|(k, moves)| **k == *kind && !moves)
-        };
-        let objects = first.into_iter().flat_map(|s| &s.objects);
-        objects
-            .filter(|o| fixed(&o.kind))
-            .map(|o| Landmark { kind: o.kind.to_string(), pose: o.pose })
-            .collect()
+        })
     }
 
     /// Fits the model of a state.
@@ -48,11 +38,7 @@ impl Frames<'_, '_> {
         let count = rests.len();
         let found = rests.iter().filter(|r| self.motion.rests[**r].came == Came::Found).count();
         let origin = if 2 * found > count { Origin::Found } else { Origin::Placed };
-        let likelihood = Likelihood::new(
-            PLACED_M.hypot(self.motion.noise.position_m),
-            PLACED_RAD.hypot(self.motion.noise.angle_rad),
-            count,
-        );
+        let likelihood = Likelihood::of_placing(&self.motion.noise, count);
         let poses: Vec<Vec<Pose>> = groups
             .iter()
             .map(|g| {
@@ -127,7 +113,7 @@ impl Frames<'_, '_> {
             }
         });
         // Beside an open coordinate, few poses that agree loosely in another one agree by chance.
-        let careful = CHANCE_SD * PLACED_M.hypot(self.motion.noise.position_m);
+        let careful = CHANCE_SD * likelihood.scale_m;
         if n < FEW && coordinates.iter().any(|c| c.is_open()) {
             for (i, coordinate) in coordinates.iter_mut().enumerate() {
                 if matches!(coordinate, Coordinate::Tight { sd, .. } if *sd > careful) {

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::frames::SMALLEST_M;
 use super::likelihood::Likelihood;
 use super::motion::Motion;
-use super::states::{Label, States, least_support};
+use super::states::{States, least_support};
 use crate::task::domain::{
-    Condition, Coordinate, Displacement, GoalTerm, Need, NeedVerdict, Place, Quantity,
-    RelationalOperator, Role, SideEffect, Subject, relative,
+    Condition, Coordinate, Displacement, Fact, GoalTerm, Need, NeedVerdict, Parameters, Place,
+    Quantity, RelationalOperator, Role, SideEffect, Situation, Subject, relative,
 };
 use crate::task::learn::attempts::Attempt;
 use crate::task::learn::names::action_name;
@@ -17,14 +18,12 @@ use crate::task::learn::summary::Failure;
 struct Instance {
     attempt: Attempt,
     object: usize,
-    from: Label,
-    to: Label,
-    before: Scene,
-    after: Scene,
+    from: Fact,
+    to: Fact,
+    /// The fact of each track before and after.
+    before: Situation,
+    after: Situation,
 }
-
-/// The label of each track in a snapshot.
-type Scene = Vec<Option<Label>>;
 
 /// The outcome of each attempt: the state that its object entered.
 pub(super) struct Operators {
@@ -68,7 +67,7 @@ pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
 }
 
 /// Returns the labels of all tracks in a snapshot.
-fn scene(motion: &Motion<'_>, found: &States, demo: usize, snapshot: usize) -> Scene {
+fn scene(motion: &Motion<'_>, found: &States, demo: usize, snapshot: usize) -> Situation {
     (0..motion.tracks[demo].len())
         .map(|t| {
             // An object that is missing for a moment keeps its state.
@@ -107,7 +106,7 @@ fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<In
 fn seen(motion: &Motion<'_>, found: &States) -> BTreeSet<(usize, String)> {
     let mut seen = BTreeSet::new();
     for (rest, label) in motion.rests.iter().zip(&found.labels) {
-        if let Some(Label { state, reference: Some(track), .. }) = label {
+        if let Some(Fact { state, reference: Some(track), .. }) = label {
             seen.insert((*state, motion.tracks[rest.demo][*track].kind.to_string()));
         }
     }
@@ -115,32 +114,15 @@ fn seen(motion: &Motion<'_>, found: &States) -> BTreeSet<(usize, String)> {
 }
 
 impl Instance {
-    /// Returns the object that a role stands for.
-    fn role(&self, role: Role) -> Option<usize> {
-        match role {
-            Role::Object => Some(self.object),
-            Role::Origin => self.from.reference.filter(|o| Some(*o) != self.to.reference),
-            Role::Target => self.to.reference,
-        }
+    /// Returns the tracks that the parameters of the action stand for.
+    fn parameters(&self) -> Parameters {
+        Parameters::new(Some(self.object), self.from.reference, self.to.reference)
     }
 
     /// Counts the objects that fulfil a condition.
-    fn count(&self, scene: &Scene, condition: &Condition) -> usize {
-        let is = |track: usize| {
-            scene.get(track).copied().flatten().filter(|l| l.state == condition.state)
-        };
-        let parameters = [Role::Object, Role::Origin, Role::Target].map(|r| self.role(r));
-        match condition.subject {
-            Subject::Is(role) => self.role(role).map_or(0, |t| usize::from(is(t).is_some())),
-            Subject::At(role) => self.role(role).map_or(0, |reference| {
-                let others = (0..scene.len()).filter(|t| *t != self.object);
-                others.filter(|t| is(*t).is_some_and(|l| l.reference == Some(reference))).count()
-            }),
-            Subject::Any => {
-                let others = (0..scene.len()).filter(|t| !parameters.contains(&Some(*t)));
-                others.filter(|t| is(*t).is_some()).count()
-            }
-        }
+    fn count(&self, scene: &Situation, condition: &Condition) -> usize {
+        let counted = condition.counted(&self.parameters());
+        counted.map_or(0, |counted| counted.holders(scene).count())
     }
 }
 
@@ -176,7 +158,7 @@ fn operator(
         |c: &Condition| -> Vec<usize> { instances.iter().map(|i| i.count(&i.before, c)).collect() };
     let kind = |role: Role| -> Option<String> {
         let first = &instances[0];
-        let track = first.role(role)?;
+        let track = first.parameters().get(role)?;
         Some(motion.tracks[first.attempt.demo][track].kind.to_string())
     };
     let mut needs: Vec<Need> = Vec::new();
@@ -189,7 +171,7 @@ fn operator(
             Subject::Is(role) | Subject::At(role) => Some(role),
             Subject::Any => None,
         };
-        if role.is_some_and(|r| instances.iter().any(|i| i.role(r).is_none())) {
+        if role.is_some_and(|r| instances.iter().any(|i| i.parameters().get(r).is_none())) {
             continue;
         }
         let possible = role.and_then(kind).is_some_and(|k| seen.contains(&(condition.state, k)));
@@ -283,7 +265,7 @@ fn displacement(
         })
         .collect();
     let n = moved.len();
-    let likelihood = Likelihood::new(1e-3_f64.hypot(motion.noise.position_m), 0.02, n);
+    let likelihood = Likelihood::of_displacing(&motion.noise, n);
     let mean: [f64; 3] =
         std::array::from_fn(|i| moved.iter().map(|m| m[i]).sum::<f64>() / n.max(1) as f64);
     let mut worst = 0.0f64;
@@ -292,7 +274,7 @@ fn displacement(
             Coordinate::Open { low, high } => Some(high - low),
             Coordinate::Tight { .. } => None,
         });
-        let extent = 2.0 * range.fold(0.0, f64::max).max(0.05);
+        let extent = 2.0 * range.fold(0.0, f64::max).max(SMALLEST_M);
         let (sum, square) =
             moved.iter().fold((0.0, 0.0), |(s, q), m| (s + m[*i], q + m[*i] * m[*i]));
         if !likelihood.is_careful(n, sum, square, extent) {
@@ -318,14 +300,9 @@ pub(super) fn goals(
     let demos: Vec<usize> = (0..motion.recording.demos.len())
         .filter(|d| !motion.demo(*d).snapshots.is_empty())
         .collect();
-    let achieved: BTreeSet<usize> = operators
-        .iter()
-        .flat_map(|o| {
-            let begun = o.side_effects.iter().filter(|e| e.begins).map(|e| e.condition.state);
-            std::iter::once(o.to).chain(begun)
-        })
-        .collect();
-    let ends: Vec<(Scene, Scene)> = demos
+    let achieved: BTreeSet<usize> =
+        operators.iter().flat_map(RelationalOperator::achieves).collect();
+    let ends: Vec<(Situation, Situation)> = demos
         .iter()
         .map(|d| {
             let last = motion.demo(*d).snapshots.len() - 1;
@@ -357,7 +334,7 @@ pub(super) fn goals(
         let own: Vec<_> = operators.iter().filter(|o| o.to == term.state).collect();
         let bound = goals[..index].iter().filter_map(|within| {
             let needed = !own.is_empty() && own.iter().all(|o| o.needs_of_target(*within));
-            let count = |end: &Scene| {
+            let count = |end: &Situation| {
                 let of = |r: Option<usize>| Some(end.get(r?)?.as_ref()?.state);
                 let own = end.iter().flatten().filter(|l| l.state == term.state);
                 own.filter(|l| of(l.reference) == Some(*within)).count()
@@ -377,10 +354,10 @@ fn quantity(
     found: &States,
     state: usize,
     demos: &[usize],
-    ends: &[(Scene, Scene)],
+    ends: &[(Situation, Situation)],
     enough: usize,
 ) -> Option<(Quantity, usize)> {
-    let count = |scene: &Scene| scene.iter().flatten().filter(|l| l.state == state).count();
+    let count = |scene: &Situation| scene.iter().flatten().filter(|l| l.state == state).count();
     let counts: Vec<(usize, usize)> = ends.iter().map(|(a, b)| (count(a), count(b))).collect();
     // A state that held all along was no goal of the demonstrator. One that was left and reached again is.
     let gained = demos

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::frames::Frames;
+use super::likelihood::PLACED_M;
 use super::motion::Came;
-use super::states::PLACED_M;
 use crate::robot::Pose;
 
 /// Loss of likelihood that the places of one state may have in a common frame, for each place.

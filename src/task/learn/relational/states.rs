@@ -7,16 +7,8 @@ use super::frames::Frames;
 use super::likelihood::Likelihood;
 use super::motion::Motion;
 use super::places::{Group, is_scattered};
-use crate::task::domain::FrameState;
+use crate::task::domain::{Fact, FrameState};
 use crate::task::learn::names::Names;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Label {
-    pub state: usize,
-    pub place: usize,
-    /// Track of the reference, in the rest's demonstration.
-    pub reference: Option<usize>,
-}
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Unexplained {
@@ -27,17 +19,15 @@ pub(super) struct Unexplained {
 /// The states, and the state of every rest.
 pub(super) struct States {
     pub states: Vec<FrameState>,
-    /// For each rest, its state; `None` for fixtures and for unexplained rests.
-    pub labels: Vec<Option<Label>>,
+    /// For each rest, its state, with the track of the reference in the rest's demonstration; `None` for fixtures and for
+    /// unexplained rests.
+    pub labels: Vec<Option<Fact>>,
     pub unexplained: Vec<Unexplained>,
     /// Kinds that never moved.
     pub fixed: Vec<String>,
     pub names: Names,
 }
 
-/// Scale of careful placing, in metres and radians, without sensing noise.
-pub(super) const PLACED_M: f64 = 2e-4;
-pub(super) const PLACED_RAD: f64 = 0.02;
 /// Log priors of the frames: of the world, of kinds that never move and of kinds that move. What moves is a likely
 /// reference if it is near, and an unlikely one if it is far.
 const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0 };
@@ -86,7 +76,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
             for (place, group) in places.iter().enumerate() {
                 for rest in &group.rests {
                     let reference = frames.reference(*rest, frame).map(|(track, _)| track);
-                    labels[*rest] = Some(Label { state, place, reference });
+                    labels[*rest] = Some(Fact { state, place, reference });
                 }
             }
             out.states.push(frames.model((kind, turns), &places, &landmarks, &mut out.names));
@@ -133,12 +123,7 @@ impl Frames<'_, '_> {
             })
             .filter(|(before, after)| before != after)
             .collect();
-        let noise = self.motion.noise;
-        let mut likelihood = Likelihood::new(
-            PLACED_M.hypot(noise.position_m),
-            PLACED_RAD.hypot(noise.angle_rad),
-            items.len(),
-        );
+        let mut likelihood = Likelihood::of_placing(&self.motion.noise, items.len());
         let run = |likelihood: &Likelihood| {
             let clustering = Clustering {
                 items: &items,

@@ -20,7 +20,7 @@
 //!   remaining one exactly.
 //! * The factors are multiplied, not added. Two pointers that differ in one identity are as dissimilar as the two
 //!   identities. In a sum they would share most of their length, and a cleanup memory could not separate them. Sums of
-//!   sums are ambiguous as well: "nut at start and bolt at jig" would equal "bolt at start and nut at jig".
+//!   sums are ambiguous as well: "cup at start and lid at tray" would equal "lid at start and cup at tray".
 //! * Binding is commutative. The reference is therefore inverted, the origin is bound twice, and so on, so that "red on
 //!   blue" differs from "blue on red".
 //!

@@ -17,7 +17,7 @@
 //! several causes, the contest is left out.
 //!
 //! Every module adds one synapse of 5 ms. Between the goal buffer and the choice of an unmet precondition there are six
-//! synapses, or seven through the contest. With 256 dimensions, a tick of the nut-and-bolt graph takes 6 to 8
+//! synapses, or seven through the contest. With 256 dimensions, a tick of the graph for the paper's domain takes 6 to 8
 //! microseconds.
 
 use std::sync::Arc;

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `settings`, `check` | dimensions, places and motors, and the rules that they must meet |
 //! | `shapes`, `scene`, `start` | shapes of parts and jig, the scene, and where the parts begin |
+//! | `domain` | states and actions by name, [`DomainBuilder::of_the_paper`](crate::task::DomainBuilder::of_the_paper) |
 //! | `grasps` | the grasps for nuts and bolts |
 //! | `demonstrator`, `judge` | how the task is shown, and when it is solved |
 //! | [`synthetic`] | recordings drawn from a seed without physics |
@@ -16,6 +17,7 @@
 mod check;
 #[cfg(feature = "physics")]
 mod demonstrator;
+mod domain;
 #[cfg(feature = "physics")]
 mod grasps;
 #[cfg(feature = "physics")]
