@@ -99,6 +99,8 @@ const FIGURES = {
   minimum_steps: "episodes solved in the fewest possible steps",
   least_steps: "fewest possible steps",
   false_goals: "goals wrongly taken as met",
+  unclaimed: "solved, but not taken as met",
+  unsolved: "neither solved nor taken as met",
   replans: "re-plans after a failed step",
   replans_after: "steps that failed",
   strays: "parts that ended up in no state",

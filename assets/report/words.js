@@ -27,6 +27,7 @@ function endInWords(end, domain, reason) {
     Occupied: `another part lies where ${action} puts its part`,
     Lost: `${listed(detail?.objects)} fell off the table, and the goal needs more parts`,
     GaveUp: "the limit on time or skills was reached",
+    NoProblem: detail?.why ?? "the goal cannot be asked for",
   };
   const why = kind === "Stuck" && detail && typeof detail === "object" ? obstacleInWords(detail, domain) : "";
   return (words[kind] ?? kind) + why;

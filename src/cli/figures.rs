@@ -106,12 +106,14 @@ impl Figures<'_> {
             .collect();
         let figures = [
             ("episodes", json!(tally.episodes)),
-            ("assembled", json!(tally.solved)),
+            ("assembled", json!(tally.succeeded)),
             ("interval95", json!(tally.interval95())),
             ("few_trials", json!(self.few())),
             ("minimum_steps", json!(tally.minimum_steps)),
             ("least_steps", json!(self.least)),
             ("false_goals", json!(tally.false_goals)),
+            ("unclaimed", json!(tally.unclaimed)),
+            ("unsolved", json!(tally.unsolved())),
             ("picks", json!(tally.picks)),
             ("drops", json!(tally.drops)),
             ("replans", json!(tally.replans)),
@@ -213,13 +215,15 @@ impl Figures<'_> {
             if self.few() { "95% interval (rough: few episodes)" } else { "95% interval" };
         let mut grid = Grid::new(&["figure", ">value"]);
         let rows = [
-            ("assembled", format!("{} of {}", tally.solved, tally.episodes)),
+            ("assembled", format!("{} of {}", tally.succeeded, tally.episodes)),
             (interval, format!("{} to {}", percent(low), percent(high))),
             (
                 "in the fewest possible steps",
                 format!("{} ({} steps)", tally.minimum_steps, self.least),
             ),
             ("goals wrongly taken as met", tally.false_goals.to_string()),
+            ("assembled, but not taken as met", tally.unclaimed.to_string()),
+            ("neither assembled nor taken as met", tally.unsolved().to_string()),
             ("picks", tally.picks.to_string()),
             ("drops", tally.drops.to_string()),
             ("re-plans after a failed step", tally.replans.to_string()),

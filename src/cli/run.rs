@@ -193,8 +193,19 @@ fn traced(
     }
     let episode = prepared.run(&mut Observers(all))?;
     let ground = episode.grounds.last().map(|ground| ground.domain());
-    let reason = ended_text(&episode.report.ended, ground);
+    let ended = ended_text(&episode.report.ended, ground);
+    let reason = match episode.report.unclaimed() {
+        true => format!("the task was solved, but the robot did not take it as solved: {ended}"),
+        false => ended,
+    };
     Ok(Ran { episode, tracer, reason })
+}
+
+/// An episode that fails before it begins, because what is seen gives no problem. The others go on.
+fn without_problem(why: &TaskError, index: usize) -> Ran {
+    let mut tracer = Tracer::new(index);
+    let episode = Episode::without_problem(why, &mut tracer);
+    Ran { episode, tracer, reason: why.to_string() }
 }
 
 /// Returns why an episode ended, in words. Obstacles refer to `domain`.
@@ -213,6 +224,7 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
             format!("{} fell off the table, and the goal needs more parts", objects.join(", "))
         }
         (Ended::GaveUp, _) => "the limit on time or skills was reached".into(),
+        (Ended::NoProblem { why }, _) => why.clone(),
     }
 }
 
@@ -230,9 +242,16 @@ fn episodes(
     let recorded = || {
         let name = format!("episode {} of {all}", args.record_episode);
         let mut line = ProgressLine::of_episode(progress, name);
-        let prepared = prepared(chosen)?;
-        let mut activity = ActivityRecorder::new(prepared.planner().clone());
-        let over = traced(prepared, chosen, vec![&mut line, &mut activity])?;
+        let (over, activity) = match prepared(chosen) {
+            Ok(prepared) => {
+                let mut activity = ActivityRecorder::new(prepared.planner().clone());
+                (traced(prepared, chosen, vec![&mut line, &mut activity])?, activity)
+            }
+            Err(why @ TaskError::Problem { .. }) => {
+                (without_problem(&why, chosen), ActivityRecorder::default())
+            }
+            Err(error) => return Err(error),
+        };
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if all > 1 {
             progress.say(format!("{done} of {all} episodes done"));
@@ -240,7 +259,11 @@ fn episodes(
         Ok::<_, TaskError>((over, activity))
     };
     let other = |index: usize| {
-        let over = traced(prepared(index)?, index, Vec::new())?;
+        let over = match prepared(index) {
+            Ok(prepared) => traced(prepared, index, Vec::new())?,
+            Err(why @ TaskError::Problem { .. }) => without_problem(&why, index),
+            Err(error) => return Err(error),
+        };
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress.say(format!("{done} of {all} episodes done"));
         Ok(over)

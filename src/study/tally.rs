@@ -11,12 +11,14 @@ use crate::task::event::{Ended, EpisodeReport};
 pub struct Tally {
     /// Number of episodes.
     pub episodes: usize,
-    /// Number of episodes that the task's judge counts as solved.
-    pub solved: usize,
-    /// Number of solved episodes with the minimum number of skills.
+    /// Number of episodes that the robot ended because its goal was met, and that the task's judge counts as solved.
+    pub succeeded: usize,
+    /// Number of successful episodes with the minimum number of skills.
     pub minimum_steps: usize,
     /// Number of episodes that ended because the planner wrongly took the goal as met.
     pub false_goals: usize,
+    /// Number of episodes that the judge counts as solved although the robot ended them for another reason.
+    pub unclaimed: usize,
     /// Number of successful grasps.
     pub picks: usize,
     /// Number of parts that were dropped while carried.
@@ -45,7 +47,7 @@ pub struct Tally {
     pub simulated_s: f64,
     /// Greatest slip in the gripper of any part that was placed, in metres.
     pub slip_m: f64,
-    /// Unsolved episodes: the episode's index, counted from 0, and how it ended.
+    /// Episodes without success: the episode's index, counted from 0, and how it ended.
     pub failures: Vec<(usize, Ended)>,
 }
 
@@ -54,10 +56,11 @@ impl Tally {
     pub fn of(episodes: &[EpisodeReport], min_skills: usize) -> Self {
         let mut tally = Self { episodes: episodes.len(), ..Self::default() };
         for (index, episode) in episodes.iter().enumerate() {
-            tally.solved += usize::from(episode.solved);
             let minimal = episode.skills().count() <= min_skills;
-            tally.minimum_steps += usize::from(episode.solved && minimal);
+            tally.succeeded += usize::from(episode.succeeded());
+            tally.minimum_steps += usize::from(episode.succeeded() && minimal);
             tally.false_goals += usize::from(episode.false_goal());
+            tally.unclaimed += usize::from(episode.unclaimed());
             tally.picks += episode.picks();
             tally.drops += episode.drops();
             tally.replans += episode.replans();
@@ -81,7 +84,7 @@ impl Tally {
             tally.simulated_s += episode.simulated_s;
             let slips = episode.skills().map(|s| s.slip_m);
             tally.slip_m = slips.fold(tally.slip_m, f64::max);
-            if !episode.solved {
+            if !episode.succeeded() {
                 tally.failures.push((index, episode.ended.clone()));
             }
         }
@@ -96,9 +99,14 @@ impl Tally {
         self.decision_ms.get((share * last as f64).round() as usize).copied()
     }
 
-    /// Returns the 95% interval of the rate of solved episodes.
+    /// Returns the number of episodes that neither the robot nor the judge takes as solved.
+    pub fn unsolved(&self) -> usize {
+        self.episodes - self.succeeded - self.false_goals - self.unclaimed
+    }
+
+    /// Returns the 95% interval of the rate of success.
     pub fn interval95(&self) -> [f64; 2] {
-        Rate::new(self.solved as u64, self.episodes as u64).interval95()
+        Rate::new(self.succeeded as u64, self.episodes as u64).interval95()
     }
 }
 

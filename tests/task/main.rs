@@ -32,5 +32,6 @@ mod scene;
 mod seated;
 mod second_task;
 mod stack_planner;
+mod strangers;
 mod synthetic;
 mod task_files;

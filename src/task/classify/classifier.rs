@@ -83,7 +83,8 @@ impl ClassifierRule {
 /// play^2 + noise^2 + (1 + 1/n) (prior^2 + (n - 1) s^2) / n
 /// ```
 ///
-/// Here `n` is the number of distinct poses and `s` their standard deviation. At the limit of 5, with exact poses and
+/// Here `n` is the number of distinct poses and `s` their standard deviation. The last term is widened for two to thirteen
+/// poses, whose spread is uncertain: of the poses that belong to a place, 1 in 5,000 is left out in each direction. At the limit of 5, with exact poses and
 /// demonstrations that agree within micrometres, this accepts 1 mm in height, 3 mm sideways and a tilt of 3 degrees.
 /// After a single demonstration, it accepts 1.7 mm, 8 mm and 7 degrees. The vertical is the coordinate in which objects that lie anywhere agree; if no state shows it, the axis
 /// that [`FrameState::turn`] fixes.

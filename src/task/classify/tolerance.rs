@@ -17,8 +17,12 @@
 //! the domain, as in empirical Bayes methods for few samples (Smyth, Statistical Applications in Genetics and Molecular
 //! Biology 3(1), 2004). It is the weighted median of their variances, which a few loosely placed states do not shift.
 //! The play is a constant. A demonstrator that repeats itself within micrometres does not show how far a part can be
-//! pushed within its clearance. Limits are given in standard deviations. Quantiles of Student's t distribution would be
-//! exact for a known play of zero, but at five standard deviations and few poses they accept everything.
+//! pushed within its clearance.
+//!
+//! Limits are given in standard deviations, and a standard deviation that was learned from few poses is uncertain itself.
+//! Its share is therefore widened by [`widening`]: the quantile of Student's t distribution that leaves out 1 pose in
+//! 5,000, over the limit of five. That is 1.94 for five poses, 1.14 for ten, and 1 from fourteen on. Two to four poses
+//! count as five do, because their quantiles would accept everything.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -45,10 +49,27 @@ const MOST_DOF: usize = 1 << 20;
 /// Greatest priors.
 const MOST: Directions = Directions { height_m: 3e-3, aside_m: 3e-3, tilt_rad: 0.06 };
 
-/// Returns the predictive variance of a place with this number of distinct poses, without play and noise.
+/// Returns the predictive variance of a place with this number of distinct poses, without play and noise, widened for few
+/// poses.
 pub(crate) fn predictive(prior: f64, sd: f64, poses: usize) -> f64 {
     let n = poses.max(1) as f64;
-    (1.0 + 1.0 / n) * (prior * prior + (n - 1.0) * sd * sd) / n
+    widening(poses).powi(2) * (1.0 + 1.0 / n) * (prior * prior + (n - 1.0) * sd * sd) / n
+}
+
+/// Least and greatest number of poses whose standard deviation is widened as such.
+const FEW: (usize, usize) = (5, 13);
+/// Quantiles of Student's t distribution with `FEW.0` to `FEW.1` degrees of freedom that leave out 1 of 5,000 values on
+/// both sides together, over the limit of five.
+const WIDENING: [f64; 9] = [1.935, 1.604, 1.413, 1.288, 1.202, 1.139, 1.090, 1.052, 1.021];
+
+/// Returns the factor by which a standard deviation learned from this number of distinct poses is widened. A place that was
+/// seen once has the prior alone, which is not.
+fn widening(poses: usize) -> f64 {
+    match poses {
+        0 | 1 => 1.0,
+        n if n > FEW.1 => 1.0,
+        n => WIDENING[n.max(FEW.0) - FEW.0],
+    }
 }
 
 /// Collects the variances of the placed states of a domain.
@@ -205,10 +226,22 @@ mod tests {
     #[test]
     fn the_predictive_variance_is_that_of_the_formula() {
         assert_eq!(predictive(3.0, 99.0, 1), 18.0);
-        assert!((predictive(3.0, 2.0, 5) - 1.2 * (9.0 + 16.0) / 5.0).abs() < 1e-12);
+        assert!((predictive(3.0, 2.0, 20) - 1.05 * (9.0 + 19.0 * 4.0) / 20.0).abs() < 1e-12);
+        let five = predictive(3.0, 2.0, 5) / (1.2 * (9.0 + 16.0) / 5.0);
+        assert!((five - WIDENING[0].powi(2)).abs() < 1e-12);
         let half =
             between(&Directions { height_m: 1.0, aside_m: 3.0, tilt_rad: 0.0 }, 0.5f64.sqrt());
         assert!((half - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn few_poses_are_widened_by_quantiles_of_students_distribution() {
+        use statrs::distribution::{ContinuousCDF, StudentsT};
+        for (poses, factor) in (FEW.0..=FEW.1).zip(WIDENING) {
+            let t = StudentsT::new(0.0, 1.0, poses as f64).map(|t| t.inverse_cdf(1.0 - 1e-4));
+            assert!((t.unwrap_or_default() / 5.0 - factor).abs() < 2e-3, "{poses}: {t:?}");
+        }
+        assert_eq!([1, 2, 5, 14].map(widening), [1.0, 1.935, 1.935, 1.0]);
     }
 
     #[test]

@@ -19,8 +19,8 @@ const MOST: usize = 2_000;
 impl Problem<'_> {
     /// Compiles the problem into a propositional domain for the planner graph, with `now` as the present situation.
     ///
-    /// Undecided needs in force that put the goal out of reach from `now` are dropped
-    /// ([`GroundProblem::dropped`]). As few needs are dropped as possible, those found first.
+    /// Undecided needs in force that put the goal out of reach from `now`, alone or together, are dropped
+    /// ([`GroundProblem::dropped`]). As few needs are dropped as possible, those with the least evidence first.
     ///
     /// # Errors
     /// [`ProblemError::TooLarge`] if the scene has too many objects; [`ProblemError::Nothing`] if no action leads to
@@ -32,7 +32,7 @@ impl Problem<'_> {
     }
 
     fn ground_needed(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
-        let all = self.in_force.clone();
+        let all = self.together(now);
         let whole = Compiler::new(self, &all).compile()?;
         let lost = whole.out_of_reach(now);
         if lost.is_empty() || all.is_empty() {
@@ -44,6 +44,9 @@ impl Problem<'_> {
         if least == lost {
             return Ok(whole);
         }
+        let evidence = |(o, n): &(usize, usize)| self.domain.operators[*o].needs[*n].of;
+        let mut all: Vec<(usize, usize)> = all.into_iter().collect();
+        all.sort_by_key(|need| (Reverse(evidence(need)), *need));
         for need in all {
             kept.insert(need);
             let with = Compiler::new(self, &kept).compile()?;

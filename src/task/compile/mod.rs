@@ -18,6 +18,7 @@ mod problem;
 mod symbols;
 mod target;
 mod transition;
+mod undecided;
 
 pub(crate) use facts::Test;
 pub use ground::GroundProblem;

@@ -4,11 +4,12 @@
 //! equals the one with the fewest moves. Objects of a kind that is nobody's reference are interchangeable, so
 //! situations that differ only in their exchange count once.
 //!
-//! Undecided needs are in force if relaxed reachability shows that they can be met. If no plan exists with them, the
-//! planner searches again without any. A search that is given up shows nothing, so the needs stay.
+//! If no plan meets the undecided needs that are in force, the planner searches again for one that leaves few of them
+//! unmet. A search that is given up shows nothing, so the needs stay.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashSet};
+use std::rc::Rc;
 
 use super::moves::Move;
 use super::problem::{Problem, ProblemError};
@@ -26,66 +27,26 @@ pub struct PlannedMove {
 /// Greatest number of situations that a search generates.
 const MOST: usize = 20_000;
 
+/// An undecided need: operator and need.
+pub(super) type Undecided = (usize, usize);
+
 struct Node {
     situation: Situation,
     from: Option<(usize, Move)>,
+    /// The needs in force that the moves so far left unmet.
+    unmet: Rc<BTreeSet<Undecided>>,
+}
+
+/// How a search treats the undecided needs that are in force.
+#[derive(Clone, Copy)]
+pub(super) enum InForce<'n> {
+    /// Every move meets these.
+    Met(&'n BTreeSet<Undecided>),
+    /// Each of these that some move leaves unmet counts as much as one object that the goal lacks.
+    Counted(&'n BTreeSet<Undecided>),
 }
 
 impl Problem<'_> {
-    /// Puts those undecided needs in force that can be met, judged by reachability without deletions.
-    pub(super) fn choose_undecided(&mut self, start: &Situation) {
-        let mut reached: BTreeSet<(usize, Fact)> =
-            start.iter().enumerate().filter_map(|(i, f)| Some((i, (*f)?))).collect();
-        loop {
-            let before = reached.len();
-            for m in self.relaxed_moves(&reached) {
-                let operator = &self.domain.operators[m.operator];
-                reached.insert((m.object, m.result(operator)));
-                for effect in operator.side_effects.iter().filter(|e| e.begins) {
-                    let state = effect.condition.state;
-                    let kind = &self.domain.states[state].kind;
-                    for i in self.of_kind(kind) {
-                        reached.insert((i, Fact { state, place: 0, reference: None }));
-                    }
-                }
-            }
-            if reached.len() == before {
-                break;
-            }
-        }
-        let count = |state: usize| {
-            let objects: BTreeSet<usize> =
-                reached.iter().filter(|(_, f)| f.state == state).map(|(i, _)| *i).collect();
-            objects.len()
-        };
-        let can_be_met = |(o, n): &(usize, usize)| {
-            let need = &self.domain.operators[*o].needs[*n];
-            !need.holds || count(need.condition.state) >= need.least
-        };
-        self.in_force = self.undecided().filter(can_be_met).collect();
-    }
-
-    /// Returns the moves that are possible if facts only accumulate. Only the state that the object leaves is checked.
-    fn relaxed_moves(&self, reached: &BTreeSet<(usize, Fact)>) -> Vec<Move> {
-        let mut moves = Vec::new();
-        for (o, operator) in self.domain.operators.iter().enumerate() {
-            for object in self.of_kind(&self.domain.states[operator.to].kind) {
-                let from = |f: &(usize, Fact)| f.0 == object && operator.from.contains(&f.1.state);
-                if !reached.iter().any(from) {
-                    continue;
-                }
-                let targets = self.targets(o, Some(object)).into_iter();
-                moves.extend(targets.map(|(reference, place)| Move {
-                    operator: o,
-                    object,
-                    reference,
-                    place,
-                }));
-            }
-        }
-        moves
-    }
-
     /// Returns a plan from `start` to the goal: empty if the goal holds. Objects in `avoid` are moved only if no other object
     /// will do. Undecided needs that are in force are met if there is such a plan.
     ///
@@ -96,9 +57,12 @@ impl Problem<'_> {
         start: &Situation,
         avoid: &[usize],
     ) -> Result<Vec<PlannedMove>, ProblemError> {
-        let moves = match self.search(start, avoid, true) {
-            Err(ProblemError::NoPlan) => self.search(start, avoid, false)?,
-            found => found?,
+        let needs = &self.in_force;
+        let moves = match self.search(start, avoid, InForce::Met(needs), MOST) {
+            Err(ProblemError::NoPlan) => {
+                self.search(start, avoid, InForce::Counted(needs), MOST)?.0
+            }
+            found => found?.0,
         };
         let mut situation = start.clone();
         let mut plan = Vec::with_capacity(moves.len());
@@ -109,37 +73,65 @@ impl Problem<'_> {
         Ok(plan)
     }
 
-    fn search(
+    /// Searches for a plan, and returns it with the needs that it leaves unmet. Generates at most `most` situations.
+    pub(super) fn search(
         &self,
         start: &Situation,
         avoid: &[usize],
-        strict: bool,
-    ) -> Result<Vec<Move>, ProblemError> {
-        let mut nodes = vec![Node { situation: start.clone(), from: None }];
+        needs: InForce<'_>,
+        most: usize,
+    ) -> Result<(Vec<Move>, BTreeSet<Undecided>), ProblemError> {
+        let evidence = |unmet: &BTreeSet<Undecided>| -> usize {
+            unmet.iter().map(|(o, n)| self.domain.operators[*o].needs[*n].of).sum()
+        };
+        let first = Node { situation: start.clone(), from: None, unmet: Rc::default() };
+        let mut nodes = vec![first];
         let mut visited: HashSet<Vec<Key>> = HashSet::from([self.key(start)]);
-        let mut open = BinaryHeap::from([Reverse((self.lacking(start), 0, 0))]);
-        while let Some(Reverse((lacking, depth, index))) = open.pop() {
+        let lacking = self.lacking(start);
+        let mut open = BinaryHeap::from([Reverse((lacking, 0, lacking, 0, 0))]);
+        while let Some(Reverse((.., lacking, depth, index))) = open.pop() {
             if lacking == 0 {
-                return Ok(self.path(&nodes, index));
+                return Ok((self.path(&nodes, index), nodes[index].unmet.as_ref().clone()));
             }
-            if nodes.len() > MOST {
+            if nodes.len() > most {
                 return Err(ProblemError::GivenUp { situations: nodes.len() });
             }
             let situation = nodes[index].situation.clone();
             let mut moves = self.moves(&situation);
-            if strict {
-                moves.retain(|m| self.permitted(m, &situation));
+            match needs {
+                InForce::Met(needs) => {
+                    moves.retain(|m| self.unmet(m, &situation, needs).next().is_none());
+                }
+                // Another way to the same situation may leave fewer unmet, so it is closed when its best way is known.
+                InForce::Counted(_) if index > 0 && !visited.insert(self.key(&situation)) => {
+                    continue;
+                }
+                InForce::Counted(_) => {}
             }
             // Objects to avoid come last, so an exchangeable object comes first.
             moves.sort_by_key(|m| (avoid.contains(&m.object), *m));
             for m in moves {
                 let next = self.after(&m, &situation);
-                if !visited.insert(self.key(&next)) {
+                let known = match needs {
+                    InForce::Met(_) => !visited.insert(self.key(&next)),
+                    InForce::Counted(_) => visited.contains(&self.key(&next)),
+                };
+                if known {
                     continue;
                 }
+                let mut unmet = nodes[index].unmet.clone();
+                if let InForce::Counted(needs) = needs {
+                    for need in self.unmet(&m, &situation, needs) {
+                        if !unmet.contains(&need) {
+                            Rc::make_mut(&mut unmet).insert(need);
+                        }
+                    }
+                }
                 let lacking = self.lacking(&next);
-                nodes.push(Node { situation: next, from: Some((index, m)) });
-                open.push(Reverse((lacking, depth + 1, nodes.len() - 1)));
+                let rank =
+                    (lacking + unmet.len(), evidence(&unmet), lacking, depth + 1, nodes.len());
+                nodes.push(Node { situation: next, from: Some((index, m)), unmet });
+                open.push(Reverse(rank));
             }
         }
         Err(ProblemError::NoPlan)

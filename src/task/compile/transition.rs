@@ -1,5 +1,7 @@
 //! Which moves are allowed in a situation, and the situations that they lead to.
 
+use std::collections::BTreeSet;
+
 use super::moves::Move;
 use super::problem::Problem;
 use crate::task::domain::{Condition, Fact, Need, NeedVerdict, Parameters, Situation, Subject};
@@ -41,10 +43,18 @@ impl Problem<'_> {
 
     /// Returns whether the undecided needs that are in force are met.
     pub(super) fn permitted(&self, m: &Move, situation: &Situation) -> bool {
-        let needs = self.domain.operators[m.operator].needs.iter().enumerate();
-        needs
-            .filter(|(n, _)| self.in_force.contains(&(m.operator, *n)))
-            .all(|(_, need)| self.met(m, need, situation))
+        self.unmet(m, situation, &self.in_force).next().is_none()
+    }
+
+    /// Returns those of some undecided needs that a move leaves unmet, as pairs of operator and need.
+    pub(super) fn unmet<'n>(
+        &'n self,
+        m: &'n Move,
+        situation: &'n Situation,
+        needs: &'n BTreeSet<(usize, usize)>,
+    ) -> impl Iterator<Item = (usize, usize)> + 'n {
+        let own = needs.range((m.operator, 0)..=(m.operator, usize::MAX)).copied();
+        own.filter(move |(o, n)| !self.met(m, &self.domain.operators[*o].needs[*n], situation))
     }
 
     /// Returns a move's needs that are not met, in words for tables: the state's name, and whose state it is.

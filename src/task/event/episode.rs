@@ -147,6 +147,11 @@ pub enum Ended {
     },
     /// The episode reached its limit of simulated time or of skills.
     GaveUp,
+    /// The goal cannot be asked for in what the robot sees, or the problem cannot be compiled.
+    NoProblem {
+        /// Why.
+        why: String,
+    },
 }
 
 /// The report of one episode.
@@ -176,6 +181,22 @@ pub struct EpisodeReport {
 }
 
 impl EpisodeReport {
+    /// Returns the report of an episode that ended before the robot moved, because its problem cannot be compiled.
+    pub fn without_problem(why: String) -> Self {
+        Self {
+            ended: Ended::NoProblem { why },
+            solved: false,
+            decisions: Vec::new(),
+            touches: Vec::new(),
+            in_no_state: 0,
+            unexplained: 0,
+            lost: Vec::new(),
+            perturbed: false,
+            steps: 0,
+            simulated_s: 0.0,
+        }
+    }
+
     /// Returns the reports of all finished skills, in order.
     pub fn skills(&self) -> impl Iterator<Item = &SkillReport> {
         self.decisions.iter().filter_map(|d| d.skill.as_ref())
@@ -207,8 +228,18 @@ impl EpisodeReport {
         self.skills().filter(|s| s.outcome != SkillOutcome::Placed).count()
     }
 
+    /// Returns whether the robot ended the episode because its goal was met, and the judge finds the task solved.
+    pub fn succeeded(&self) -> bool {
+        self.ended == Ended::GoalMet && self.solved
+    }
+
     /// Returns whether the planner reported the goal as met although the judge finds the task unsolved.
     pub fn false_goal(&self) -> bool {
         self.ended == Ended::GoalMet && !self.solved
+    }
+
+    /// Returns whether the judge finds the task solved although the robot ended the episode for another reason.
+    pub fn unclaimed(&self) -> bool {
+        self.ended != Ended::GoalMet && self.solved
     }
 }

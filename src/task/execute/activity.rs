@@ -38,9 +38,11 @@ struct RasterRows {
     neurons: Vec<usize>,
 }
 
-/// Records the activity of a planner graph over one episode.
+/// Records the activity of a planner graph over one episode. The default is the record of an episode without a planner: it
+/// stays empty.
+#[derive(Default)]
 pub struct ActivityRecorder {
-    planner: Arc<dyn Decider>,
+    planner: Option<Arc<dyn Decider>>,
     times_s: Vec<f64>,
     modules: Vec<ModuleSamples>,
     raster: Vec<RasterRows>,
@@ -63,10 +65,12 @@ impl ActivityRecorder {
             RasterRows { path: path.into(), of, neurons }
         });
         let (modules, raster) = (modules.collect(), raster.collect());
+        let planner = Some(planner);
         Self { planner, times_s: Vec::new(), modules, raster, spikes: Vec::new() }
     }
 
     fn sample(&mut self, view: &SimView<'_>, doing: Doing<'_>) {
+        let Some(planner) = &self.planner else { return };
         let deciding = doing == Doing::Deciding;
         let now = view.time().as_millis_f64() / 1e3;
         if deciding {
@@ -85,7 +89,7 @@ impl ActivityRecorder {
             return;
         }
         self.times_s.push(now);
-        for (rows, module) in self.modules.iter_mut().zip(self.planner.modules()) {
+        for (rows, module) in self.modules.iter_mut().zip(planner.modules()) {
             let from = rows.values.len();
             rows.values.resize(from + rows.names.len(), 0.0);
             module.read(view, &mut rows.values[from..]);

@@ -38,6 +38,24 @@ pub struct Episode {
     pub build_wall: Duration,
 }
 
+impl Episode {
+    /// Returns the result of an episode whose problem cannot be compiled from the first look: one that failed before the
+    /// robot moved. Sends its beginning and end to `observer`.
+    pub fn without_problem(why: &TaskError, observer: &mut dyn Observer) -> Self {
+        let report = EpisodeReport::without_problem(why.to_string());
+        observer.observe(&Event::EpisodeBegan { goal: "" });
+        observer.observe(&Event::EpisodeEnded(&report));
+        Self {
+            report,
+            frames: Vec::new(),
+            physics_wall: Duration::ZERO,
+            grounds: Vec::new(),
+            reference_moves: None,
+            build_wall: Duration::ZERO,
+        }
+    }
+}
+
 /// An episode that is ready to run: the scene is drawn, the problem is compiled, and the
 /// planner graph is built.
 pub struct PreparedEpisode<'d> {
@@ -115,8 +133,8 @@ impl<'d> PreparedEpisode<'d> {
     /// [`Event::Ticked`].
     ///
     /// # Errors
-    /// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails; as [`PreparedEpisode::new`] if
-    /// the problem is compiled anew.
+    /// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails. If the problem cannot be compiled
+    /// anew, the episode ends with [`Ended::NoProblem`].
     pub fn run(self, observer: &mut dyn Observer) -> Result<Episode, TaskError> {
         let Self { domain, build, spec, seed, scene, mut model, mut build_wall } = self;
         let mut grounds = vec![model.ground.clone()];
@@ -141,11 +159,17 @@ impl<'d> PreparedEpisode<'d> {
             {
                 let began = Instant::now();
                 let before = layout.map(|layout| (&*model, layout));
-                model = Arc::new(TaskModel::new(domain, &*build, &spec, &seen, before)?);
+                let anew = TaskModel::new(domain, &*build, &spec, &seen, before);
                 build_wall += began.elapsed();
-                grounds.push(model.ground.clone());
-                world.hand_over(model.clone());
-                continue;
+                match anew {
+                    Ok(anew) => {
+                        model = Arc::new(anew);
+                        grounds.push(model.ground.clone());
+                        world.hand_over(model.clone());
+                        continue;
+                    }
+                    Err(error) => world.end(Ended::NoProblem { why: error.to_string() }),
+                }
             }
             let stuck = matches!(world.ended(), Some(Ended::Stuck(_)));
             let layout = world.last_look().and_then(|(_, layout)| layout);

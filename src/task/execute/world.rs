@@ -68,6 +68,13 @@ impl EpisodeWorld {
         Some((seen, live.memory.as_ref()))
     }
 
+    /// Ends the episode.
+    pub(super) fn end(&mut self, ended: Ended) {
+        if let Some(live) = &mut self.live {
+            live.phase = Phase::Over(ended);
+        }
+    }
+
     /// Returns whether the problem must be compiled anew.
     pub(super) fn must_recompile(&self) -> bool {
         self.live.as_ref().is_some_and(|live| live.phase == Phase::Recompile)

@@ -111,7 +111,7 @@ impl<'m, 'r> Frames<'m, 'r> {
     /// little later.
     fn rest_during(&self, rest: usize, track: usize) -> Option<usize> {
         let own = &self.motion.rests[rest];
-        (own.first..=own.last).find_map(|s| self.motion.index_at(own.demo, track, s))
+        self.motion.rest_during(own.demo, track, (own.first, own.last))
     }
 
     /// Returns the nearest object of the frame's kind when a rest began, and the number of objects to choose from.

@@ -54,6 +54,8 @@ pub(super) struct Motion<'r> {
     pub outliers: usize,
     /// Distance and angle beyond which a pose differs from another.
     pub least: (f64, f64),
+    /// Whether some object is missing from a snapshot and seen again later.
+    pub flickers: bool,
 }
 
 /// Number of standard deviations beyond which two noisy poses differ. The distance of two noisy positions exceeds six
@@ -63,6 +65,9 @@ const FAR: f64 = 6.0;
 const NOISY_M: f64 = 5e-5;
 /// Smallest turn that counts as movement, in radians.
 const TURNED_RAD: f64 = 0.05;
+
+/// Number of snapshots for which an object may be missing at the end of a demonstration without being taken for lost.
+const MOMENT: usize = 2;
 
 fn angle(a: &Pose, b: &Pose) -> f64 {
     rotation_between(a, b).iter().map(|v| v * v).sum::<f64>().sqrt()
@@ -85,6 +90,10 @@ impl<'r> Motion<'r> {
             .collect();
         let mut tracks = tracks;
         outliers += hold_fixtures(recording, &mut tracks, least.0);
+        let flickers = tracks.iter().flatten().any(|track| {
+            let seen = track.at.iter().skip_while(|at| at.is_none());
+            seen.skip_while(|at| at.is_some()).any(Option::is_some)
+        });
         let mut motion = Self {
             recording,
             noise,
@@ -98,6 +107,7 @@ impl<'r> Motion<'r> {
             rests: Vec::new(),
             outliers,
             least,
+            flickers,
         };
         for d in 0..recording.demos.len() {
             let demo = &recording.demos[d];
@@ -130,6 +140,23 @@ impl<'r> Motion<'r> {
 
     pub fn index_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
         *self.at[demo][track].get(snapshot)?
+    }
+
+    /// Returns the rest of a track during these snapshots. If objects are missing for a moment, one that is not seen then
+    /// lies where it was seen last, unless it vanished for longer than a moment.
+    pub fn rest_during(
+        &self,
+        demo: usize,
+        track: usize,
+        (first, last): (usize, usize),
+    ) -> Option<usize> {
+        let at = |s: usize| self.index_at(demo, track, s);
+        let seen = (first..=last).find_map(at);
+        seen.or_else(|| {
+            let before = (0..first).rev().find(|s| at(*s).is_some()).filter(|_| self.flickers)?;
+            let again = (last..self.at[demo][track].len()).any(|s| at(s).is_some());
+            (again || last - before <= MOMENT).then(|| at(before)).flatten()
+        })
     }
 
     pub fn kind(&self, rest: &Rest) -> &str {
@@ -205,16 +232,18 @@ impl<'r> Motion<'r> {
         let kept = self.without_outliers(d, &poses);
         self.outliers += poses.len() - kept.len();
         let mut came = came;
+        // What was put down lies there from then on, though it may be seen a little later.
+        let mut first = matches!(came, Came::Placed(_)).then_some(from);
         let mut group: Vec<(usize, Pose)> = Vec::new();
         for (s, pose) in kept {
             if group.last().is_some_and(|(_, last)| self.differs(last, &pose)) {
-                self.finish(d, t, &group, came);
+                self.finish(d, t, &group, (came, first));
                 group.clear();
-                came = Came::Carried;
+                (came, first) = (Came::Carried, None);
             }
             group.push((s, pose));
         }
-        self.finish(d, t, &group, came);
+        self.finish(d, t, &group, (came, first));
     }
 
     /// Leaves out a single pose at either end that disagrees with two others, in noisy recordings. A pose stays if a hand
@@ -241,15 +270,22 @@ impl<'r> Motion<'r> {
         kept
     }
 
-    fn finish(&mut self, demo: usize, track: usize, group: &[(usize, Pose)], came: Came) {
+    fn finish(
+        &mut self,
+        demo: usize,
+        track: usize,
+        group: &[(usize, Pose)],
+        (came, since): (Came, Option<usize>),
+    ) {
         let (Some((first, _)), Some((last, _))) = (group.first(), group.last()) else { return };
+        let (first, last) = (since.unwrap_or(*first), *last);
         let poses: Vec<Pose> = group.iter().map(|(_, pose)| *pose).collect();
         let index = self.rests.len();
-        for slot in &mut self.at[demo][track][*first..=*last] {
+        for slot in &mut self.at[demo][track][first..=last] {
             *slot = Some(index);
         }
         let pose = median(&poses);
-        self.rests.push(Rest { demo, track, first: *first, last: *last, pose, came });
+        self.rests.push(Rest { demo, track, first, last, pose, came });
     }
 }
 

@@ -309,9 +309,10 @@ pub(super) fn goals(
             (scene(motion, found, *d, 0), scene(motion, found, *d, last))
         })
         .collect();
-    // Errors of sensing can hide a term at the end of one demonstration.
+    // Errors of sensing, and objects that are not seen for a moment, can hide a term at the end of one demonstration.
     let share = GOAL * demos.len() as f64;
-    let enough = if motion.is_noisy() { share.floor() } else { share.ceil() }.max(1.0) as usize;
+    let unsure = motion.is_noisy() || motion.flickers;
+    let enough = if unsure { share.floor() } else { share.ceil() }.max(1.0) as usize;
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
     let mut unachieved = Vec::new();
     for state in 0..found.states.len() {
