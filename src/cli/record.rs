@@ -83,6 +83,9 @@ fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Err
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
     let made = demonstrate_sensed(&*task, count, sensing, seed, &mut ProgressLine::new(&progress))?;
+    for unsolved in &made.unsolved {
+        progress.say(unsolved.to_string());
+    }
     let summary = json!({
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),

@@ -50,8 +50,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let mut line = ProgressLine::new(&progress);
     let shown = demonstrate_sensed(&*task, count, &spec.sensing, seed, &mut line)?;
     if shown.solved == 0 {
-        let sentence =
-            format!("none of {count} demonstrations solved the task, so there is nothing to learn");
+        let whys: String = shown.unsolved.iter().map(|why| format!("\n{why}")).collect();
+        let sentence = format!(
+            "none of {count} demonstrations solved the task, so there is nothing to learn{whys}"
+        );
         return Ok(Outcome::Failed(sentence));
     }
     let (method, seed_used) = (args.method.into(), args.common.seed);

@@ -95,6 +95,14 @@ const STRETCHED_M: f64 = 0.7195;
 /// Distance of the wrist from the axis of the last joint, in metres.
 const WRIST_M: f64 = 0.088;
 
+/// Greatest distance of the tool centre point from the shoulder, in metres.
+pub(crate) const LONGEST_M: f64 = STRETCHED_M + WRIST_M + FLANGE_M + TOOL_M;
+
+/// Returns the distance of a place in the scene from the shoulder, in metres.
+pub(crate) fn from_shoulder(position: [f64; 3]) -> f64 {
+    (Vector::from(position) - Vector::new(0.0, 0.0, SHOULDER_M)).length()
+}
+
 /// Returns whether the stretched arm is long enough to bring the end effector to `target`. Costs a few nanoseconds; a
 /// search for joint angles that must fail costs a millisecond.
 pub(crate) fn may_reach(target: &Frame) -> bool {

@@ -193,6 +193,12 @@ impl Scene {
         self.parts.get(index).map(|p| pose_of(self.physics.bodies[p.body].position()))
     }
 
+    /// Returns a part's weight in newtons; `None` if there is no such part.
+    pub fn weight_n(&self, index: usize) -> Option<f64> {
+        let body = self.parts.get(index).map(|p| &self.physics.bodies[p.body])?;
+        Some(body.mass() * self.physics.gravity.length())
+    }
+
     /// Returns a part's frame as the physics stores it; `None` if there is no such part.
     pub fn body_frame(&self, index: usize) -> Option<BodyFrame> {
         (index < self.parts.len()).then(|| BodyFrame::of(&self.part_frame(index)))

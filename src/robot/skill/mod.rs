@@ -48,6 +48,7 @@ mod controller;
 mod drive;
 mod grasp;
 mod hand;
+mod limits;
 mod picking;
 mod push;
 mod pushing;

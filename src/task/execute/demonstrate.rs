@@ -3,15 +3,17 @@
 //! The recorder takes a snapshot of all poses whenever the gripper touches or releases a part. The learner and the
 //! executor know the demonstrations only from this recording.
 
+use std::fmt;
+
 use super::recorder::Recorder;
 use crate::robot::scene::Scene;
 use crate::robot::skill::Robot;
-use crate::robot::{SkillReport, Touch};
+use crate::robot::{SkillOutcome, SkillReport, Touch};
 use crate::sim::{Seed, warn_if_unoptimised};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, Ignore, Observer, Touched};
 use crate::task::recording::{Demonstration, Recording, Sensing, SnapshotEvent};
-use crate::task::tasks::{Demonstrator, Task};
+use crate::task::tasks::{Demonstrator, Judgement, Task};
 
 /// A recording of demonstrations, with facts that the recording does not contain.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,12 +22,58 @@ pub struct Demonstrated {
     pub recording: Recording,
     /// Reports of all skills, one list for each demonstration.
     pub skills: Vec<Vec<SkillReport>>,
+    /// The demonstrations that did not solve the task.
+    pub unsolved: Vec<Unsolved>,
     /// Number of demonstrations that solved the task, according to its judge.
     pub solved: usize,
     /// Number of physics steps.
     pub steps: u64,
     /// Simulated time, in seconds.
     pub simulated_s: f64,
+}
+
+/// A demonstration that did not solve the task, with the reasons.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unsolved {
+    /// Index of the demonstration.
+    pub demonstration: usize,
+    /// The moves that did not put their part at its target, in order.
+    pub failed: Vec<FailedMove>,
+    /// What was achieved nevertheless, according to the task's judge.
+    pub achieved: Vec<String>,
+}
+
+/// A move of a demonstration that failed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FailedMove {
+    /// Number of the move in its demonstration, counted from 1.
+    pub number: usize,
+    /// Id of the part, as in the first snapshot.
+    pub part: String,
+    /// How the move ended.
+    pub outcome: SkillOutcome,
+    /// The limit of the robot that rules the move out or comes nearest, in words.
+    pub why: String,
+}
+
+impl fmt::Display for Unsolved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "demonstration {}", self.demonstration + 1)?;
+        // The demonstrator tries again and again; the first and the last say enough.
+        let (first, last) =
+            (self.failed.first(), self.failed.last().filter(|_| self.failed.len() > 1));
+        for FailedMove { number, part, outcome, why } in first.into_iter().chain(last) {
+            write!(f, ", move {number} ({part}): {outcome}, {why}")?;
+        }
+        if self.failed.is_empty() {
+            let achieved = match self.achieved.is_empty() {
+                true => "nothing".into(),
+                false => self.achieved.join(", "),
+            };
+            write!(f, ": every move placed its part, and the task's judge finds {achieved}")?;
+        }
+        Ok(())
+    }
 }
 
 /// Number of skills after which the demonstrator gives up, as a multiple of [`Task::min_actions`].
@@ -55,6 +103,7 @@ pub fn demonstrate_observed(
     let mut out = Demonstrated {
         recording: Recording::default(),
         skills: Vec::new(),
+        unsolved: Vec::new(),
         solved: 0,
         steps: 0,
         simulated_s: 0.0,
@@ -71,10 +120,14 @@ pub fn demonstrate_observed(
         let mut recorder = Recorder::default();
         let mut demonstrator = task.demonstrator(seed, demo);
         observer.observe(&Event::DemonstrationBegan { number: demo, of: demos });
-        out.skills.push(show(task, &mut *demonstrator, &mut scene, &mut recorder, observer));
-        let solved = task.judge(&scene).solved;
+        let (skills, failed) = show(task, &mut *demonstrator, &mut scene, &mut recorder, observer);
+        out.skills.push(skills);
+        let Judgement { solved, achieved } = task.judge(&scene);
         observer.observe(&Event::DemonstrationEnded { number: demo, of: demos, solved });
         out.solved += usize::from(solved);
+        if !solved {
+            out.unsolved.push(Unsolved { demonstration: demo, failed, achieved });
+        }
         out.steps += scene.steps();
         out.simulated_s += scene.time_s();
         let snapshots = recorder.into_snapshots();
@@ -103,17 +156,22 @@ pub fn demonstrate_sensed(
     Ok(shown)
 }
 
-/// Runs one demonstration.
+/// Runs one demonstration. Returns the reports of its skills, and the moves that failed.
 fn show(
     task: &dyn Task,
     demonstrator: &mut dyn Demonstrator,
     scene: &mut Scene,
     recorder: &mut Recorder,
     observer: &mut dyn Observer,
-) -> Vec<SkillReport> {
+) -> (Vec<SkillReport>, Vec<FailedMove>) {
     let mut robot = Robot::default();
-    let mut reports = Vec::new();
+    let (mut reports, mut failed) = (Vec::new(), Vec::new());
     recorder.note(scene, SnapshotEvent::Start, None);
+    let (first, parts) = recorder.look(scene);
+    let id = |part: usize| {
+        let object = parts.iter().position(|p| *p == Some(part)).map(|o| &first.objects[o]);
+        object.map_or_else(|| format!("part {part}"), |object| object.id.to_string())
+    };
     while reports.len() < PATIENCE * task.min_actions() {
         let Some(step) = demonstrator.next(scene, &reports) else { break };
         let grasps = task.grasps(scene, step.part);
@@ -129,9 +187,14 @@ fn show(
                 reports.push(carry_out(&mut robot, scene, recorder, observer));
             }
         }
+        let outcome = reports.last().map(|report: &SkillReport| report.outcome);
+        if let Some(outcome) = outcome.filter(|o| *o != SkillOutcome::Placed) {
+            let why = scene.limits_in_words(step.part, &step.target, &grasps, outcome);
+            failed.push(FailedMove { number: reports.len(), part: id(step.part), outcome, why });
+        }
     }
     recorder.note(scene, SnapshotEvent::End, None);
-    reports
+    (reports, failed)
 }
 
 /// Steps the scene until the robot's skill is over.

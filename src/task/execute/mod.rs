@@ -90,7 +90,9 @@ use crate::task::recording::Sensing;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
 pub use activity::{ActivityRecorder, ModuleSamples};
-pub use demonstrate::{Demonstrated, demonstrate, demonstrate_observed, demonstrate_sensed};
+pub use demonstrate::{
+    Demonstrated, FailedMove, Unsolved, demonstrate, demonstrate_observed, demonstrate_sensed,
+};
 pub use episode::{Episode, PreparedEpisode, episode, episode_observed};
 pub use recorder::Recorder;
 pub use world::EpisodeWorld;
