@@ -83,23 +83,3 @@ fn positions_outside_the_memory_give_nothing() {
     }
     assert!(items.atom(2).is_some() && items.terms(499).len() == 499 % 13);
 }
-
-#[test]
-fn broken_memories_are_refused_with_the_place() {
-    let atoms = random_pointer(8, Seed::new(1));
-    let refused = |atoms: Vec<Real>, dim, terms: Vec<(usize, Real)>| {
-        FactoredItems::new(atoms, dim, [vec![], terms]).err().map(|e| e.to_string())
-    };
-    let cases = [
-        (refused(atoms.clone(), 8, vec![(1, 1.0)]), "item 1 has the weight 1 for atom 1"),
-        (refused(atoms.clone(), 8, vec![(0, Real::NAN)]), "item 1 has the weight NaN"),
-        (refused(atoms.clone(), 3, vec![]), "8 numbers for atoms of 3 dimensions"),
-        (refused(atoms.clone(), 0, vec![]), "8 numbers for atoms of 0 dimensions"),
-        (refused(vec![0.0, Real::INFINITY], 2, vec![]), "component 1 of atom 0 is inf"),
-    ];
-    for (error, expected) in cases {
-        let error = error.unwrap_or_default();
-        assert!(error.contains(expected), "{error}");
-    }
-    assert!(refused(atoms, 8, vec![(0, 1.0)]).is_none());
-}

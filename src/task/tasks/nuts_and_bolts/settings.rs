@@ -226,34 +226,6 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_read_from_json_and_what_is_missing_has_its_default() {
-        let text = br#"{"jig": {"hole_clearance_m": 0.001}, "arm": {"carry_m_s": 0.1}}"#;
-        let spec = NutsAndBolts::parse(text, "cell.json").expect("valid");
-        let mut expected = NutsAndBolts::default();
-        expected.jig.hole_clearance_m = 0.001;
-        expected.arm.carry_m_s = 0.1;
-        assert_eq!(spec, expected);
-        let whole = serde_json::to_vec(&expected).expect("it is plain data");
-        assert_eq!(NutsAndBolts::parse(&whole, "whole").expect("valid"), expected);
-    }
-
-    #[test]
-    fn what_cannot_be_read_or_built_is_refused_with_file_and_line_or_field() {
-        let said = |text: &str| {
-            let refused = NutsAndBolts::parse(text.as_bytes(), "cell.json").expect_err("invalid");
-            refused.to_string()
-        };
-        let shaft = said(r#"{"part": {"shaft_radius_m": 0.02}}"#);
-        assert!(shaft.starts_with("cell.json, field `part.nut_hole_m`: 0.0096"), "{shaft}");
-        let typo = said("{\n\"part\": {\"fricton\": 0.3}}");
-        assert!(typo.starts_with("cell.json, line 2: unknown field `fricton`"), "{typo}");
-        for text in ["", "[]", "{", "3", r#"{"nuts": -1}"#, r#"{"nuts": 1e400}"#] {
-            let message = said(text);
-            assert!(message.starts_with("cell.json, line "), "{text}: {message}");
-        }
-    }
-
-    #[test]
     fn impossible_scenes_are_refused_by_the_setting_that_is_wrong() {
         let cases: [(&str, String); 11] = [
             ("part.nut_hole_m", refused(|s| s.part.shaft_radius_m = 0.0097)),

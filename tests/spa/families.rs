@@ -1,16 +1,21 @@
-use super::{Vocabulary, VocabularyBuilder};
-use crate::neurons::PopulationPlan;
-use crate::sim::{
+//! Vocabularies made from others: grown, united, cut down and translated.
+
+#![allow(clippy::unwrap_used)]
+
+use symbolt::neurons::PopulationPlan;
+use symbolt::sim::{
     Constant, GraphBuilder, RunConfig, Seed, SimDuration, Simulator, Synapse, Timebase, VocabTag,
 };
-use crate::spa::{State, VocabError, cosine, dot};
+use symbolt::spa::{State, VocabError, Vocabulary, VocabularyBuilder, cosine, dot};
 
 struct Parts;
+
 impl VocabTag for Parts {
     const NAME: &'static str = "parts";
 }
 
 struct Words;
+
 impl VocabTag for Words {
     const NAME: &'static str = "words";
 }
