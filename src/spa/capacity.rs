@@ -317,12 +317,10 @@ impl<V: VocabTag> Vocabulary<V> {
 
 #[cfg(test)]
 mod tests {
-    use rand_distr::{Distribution, StandardNormal};
-
     use super::*;
     use crate::neurons::{LifSpec, Population, PopulationPlan, Tuning};
     use crate::sim::{GraphBuilder, ProbeSpec, Real, Seed, Signal, SimDuration, Synapse};
-    use crate::spa::{Algebra, Hrr, State, VocabularyBuilder, random_pointer};
+    use crate::spa::{State, VocabularyBuilder, random_pointer};
 
     /// Mean squared error of a population at right angles to unit pointers, which change every 40 ms, over their squared
     /// length in its output.

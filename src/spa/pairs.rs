@@ -17,7 +17,7 @@
 //! experiment `capacity` compares the method with linear read-out.
 
 use super::algebra::{Algebra, Hrr, Workspace, dot};
-use super::error::VocabError;
+use super::error::{VocabError, check_rows};
 use super::item_memory::dots;
 use crate::sim::Real;
 
@@ -95,22 +95,15 @@ pub struct PairDecoder {
 }
 
 /// Checks that `rows` are one or more vectors of `dim` finite numbers.
-pub(super) fn check_rows(name: &str, rows: &[Real], dim: usize) -> Result<(), VocabError> {
-    let bad = |reason| Err(VocabError::BadVector { name: name.into(), reason });
+pub(super) fn check_some(name: &str, rows: &[Real], dim: usize) -> Result<(), VocabError> {
     if rows.is_empty() || !rows.len().is_multiple_of(dim) {
         let numbers = rows.len();
-        return bad(format!(
+        let reason = format!(
             "{numbers} numbers are not whole vectors of {dim}; expected a multiple of {dim} above 0"
-        ));
+        );
+        return Err(VocabError::BadVector { name: name.into(), reason });
     }
-    if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
-        let (component, row) = (at % dim, at / dim);
-        return bad(format!(
-            "component {component} of vector {row} is {}; expected a finite number",
-            rows[at]
-        ));
-    }
-    Ok(())
+    check_rows(name, "vector", rows, dim)
 }
 
 impl PairDecoder {
@@ -129,7 +122,7 @@ impl PairDecoder {
     pub fn new(dim: usize, roles: &[Real], items: &[Real]) -> Result<Self, VocabError> {
         Hrr.check_dim(dim)?;
         for (name, rows) in [("roles", roles), ("items", items)] {
-            check_rows(name, rows, dim)?;
+            check_some(name, rows, dim)?;
         }
         let mut work = Hrr.scratch(dim);
         let mut inverses = vec![0.0; roles.len()];

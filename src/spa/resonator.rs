@@ -91,7 +91,7 @@ impl Resonator {
             return Err(VocabError::BadVector { name: "codebooks".into(), reason });
         }
         for (index, rows) in books.iter().enumerate() {
-            super::pairs::check_rows(&format!("codebook {index}"), rows, dim)?;
+            super::pairs::check_some(&format!("codebook {index}"), rows, dim)?;
         }
         let mut work = Hrr.scratch(dim);
         let unitary = |rows: &&[Real]| {

@@ -558,3 +558,11 @@ fn a_rank_that_built_something_else_is_found() {
     });
     assert_eq!(found, [Ok(Some(1)), Ok(Some(0)), Ok(Some(1))]);
 }
+
+#[test]
+fn the_end_of_one_is_the_end_of_all() {
+    let mut group = Ranks::in_process(2);
+    drop(group.pop());
+    let fault = group[0].differs(1).expect_err("alone");
+    assert_eq!(fault.to_string(), "rank 1 has ended");
+}

@@ -1,7 +1,9 @@
 //! Distances, clusters and means of poses, and sets of states.
 
 use symbolt::robot::{Pose, mean_orientation, rotation_between};
-use symbolt::task::learn::{Dendrogram, MAX_POINTS, distance_matrix, p_distance, robust_mean};
+use symbolt::task::learn::{
+    Dendrogram, MAX_POINTS, PoseGaussian, distance_matrix, p_distance, robust_mean,
+};
 use symbolt::task::{Offset, StateId, TaskError, WorldState};
 
 /// The formula of the definition.
@@ -226,4 +228,37 @@ fn a_world_is_the_set_of_states_that_hold() {
     assert!(!world.holds(StateId::new(7)) && !world.is_empty());
     assert!(WorldState::empty(2).is_empty());
     assert_eq!(format!("{world:?}"), "WorldState([1, 2] of 3)");
+}
+
+#[test]
+fn the_covariance_is_that_of_the_definition() {
+    let at = |x: f64, y: f64, degrees: f64| {
+        let half = degrees.to_radians() / 2.0;
+        Pose { position: [x, y, 0.0], orientation: [0.0, 0.0, half.sin(), half.cos()] }
+    };
+    let poses = [at(0.0, 0.0, -10.0), at(2.0, 4.0, 10.0)];
+    let fit = PoseGaussian::fit(&poses).map(|g| g.covariance).unwrap_or_default();
+    let turn = 10f64.to_radians();
+    let expected =
+        [(0, 0, 2.0), (1, 1, 8.0), (0, 1, 4.0), (5, 5, 2.0 * turn * turn), (0, 5, 2.0 * turn)];
+    for (i, j, value) in expected {
+        assert!((fit[i][j] - value).abs() < 1e-12, "{i} {j} {}", fit[i][j]);
+        assert_eq!(fit[i][j], fit[j][i]);
+    }
+    assert_eq!(fit[2][2], 0.0);
+}
+
+#[test]
+fn one_upset_orientation_in_ten_does_not_move_the_mean() {
+    let mut poses = vec![Pose::at([0.0; 3]); 9];
+    poses.push(Pose { orientation: [1.0, 0.0, 0.0, 0.0], ..poses[0] });
+    let mean = PoseGaussian::fit(&poses).map(|g| g.mean.orientation).unwrap_or_default();
+    assert!((mean[3] - 1.0).abs() < 1e-12, "{mean:?}");
+}
+
+#[test]
+fn no_poses_have_no_model_and_one_has_no_spread() {
+    assert_eq!(PoseGaussian::fit(&[]), None);
+    let one = PoseGaussian::fit(&[Pose::at([1.0, 2.0, 3.0])]);
+    assert_eq!(one.map(|g| g.covariance), Some([[0.0; 6]; 6]));
 }

@@ -5,9 +5,12 @@
 
 use nalgebra::Vector3;
 use symbolt::robot::arm::BodyFrame;
+use symbolt::robot::arm::vector::cross;
 use symbolt::robot::scene::{
-    BodyKind, Fixture, Handling, Look, Mesh, Outline, Part, SceneSpec, Symmetry, cuboid,
+    Body, BodyKind, Fixture, Handling, Look, Mesh, Outline, Part, SceneSpec, Symmetry, cuboid,
 };
+use symbolt::sim::Seed;
+use symbolt::task::tasks::Task;
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 
 /// Links of the arm that move.
@@ -89,4 +92,64 @@ fn every_body_has_a_closed_surface_that_faces_outwards() {
         assert!((volume(mesh) - 4.8e-5).abs() < 1e-9, "{:?}", mesh.body);
     }
     assert_eq!((outline.parts, outline.kinds.len()), (vec![0, 0], 1));
+}
+
+fn refused(change: impl FnOnce(&mut NutsAndBolts)) -> String {
+    let mut spec = NutsAndBolts::default();
+    change(&mut spec);
+    spec.check().map_or_else(|e| e.to_string(), |()| "accepted".into())
+}
+
+#[test]
+fn the_default_and_its_mirror_image_are_sound() {
+    assert!(NutsAndBolts::default().check().is_ok());
+    assert!(NutsAndBolts::default().mirrored().check().is_ok());
+    assert!(NutsAndBolts::default().sink_m() >= 1e-3);
+}
+
+#[test]
+fn impossible_scenes_are_refused_by_the_setting_that_is_wrong() {
+    let cases: [(&str, String); 11] = [
+        ("part.nut_hole_m", refused(|s| s.part.shaft_radius_m = 0.0097)),
+        ("part.friction", refused(|s| s.part.friction = 0.0)),
+        ("part.density", refused(|s| s.part.density = f64::NAN)),
+        ("nuts", refused(|s| s.nuts = 0)),
+        ("bolts", refused(|s| s.bolts = 100)),
+        ("nut_kind", refused(|s| s.nut_kind = "n".repeat(191))),
+        ("nut_kind", refused(|s| s.nut_kind = "a\nb".into())),
+        ("jig.pocket", refused(|s| s.jig.pocket = [0.9, 0.0])),
+        ("table.drop", refused(|s| s.table.drop[1] = [2.0, 0.2])),
+        ("jig.hole_top_m", refused(|s| s.jig.hole_top_m = 0.0585)),
+        ("step_ms", refused(|s| s.step_ms = 3)),
+    ];
+    for (name, message) in cases {
+        assert!(message.contains(name), "{name}: {message}");
+    }
+}
+
+#[test]
+fn the_surface_of_a_nut_has_the_volume_of_a_hexagon_with_a_hole() {
+    let settings = NutsAndBolts::default();
+    let spec = settings.scene(Seed::new(1)).expect("it can be drawn");
+    assert!(spec.check().is_ok());
+    let outline = Outline::of(&spec);
+    let nut = outline.meshes.iter().find(|m| m.body == Body::Kind(0)).expect("there");
+    let at = |corner: u32| nut.vertices[corner as usize].map(f64::from);
+    let volume: f64 = (nut.triangles.iter())
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(at);
+            let [x, y, z] = cross(b, c);
+            (a[0] * x + a[1] * y + a[2] * z) / 6.0
+        })
+        .sum();
+    // 30 mm across flats outside, 19.2 mm inside, 16 mm high.
+    let expected = 3f64.sqrt() / 2.0 * (0.030f64.powi(2) - 0.0192f64.powi(2)) * 0.016;
+    assert!((volume - expected).abs() < 1e-3 * expected, "{volume} {expected}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_scene_and_another_seed_another() {
+    let draw = |seed| NutsAndBolts::default().scene(Seed::new(seed)).expect("it can be drawn");
+    assert_eq!(draw(1), draw(1));
+    assert_ne!(draw(1).parts, draw(2).parts);
 }

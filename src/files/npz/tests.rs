@@ -1,7 +1,5 @@
 //! Tests of the archives.
 
-use ndarray::{Array1, Array2, Array3, Ix1, Ix2, Ix3};
-
 use super::*;
 
 #[test]

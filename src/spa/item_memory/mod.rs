@@ -23,7 +23,8 @@ mod kernel;
 pub(crate) use kernel::dots;
 use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MAX, ROW_MAX, RowFacts, Screening};
 
-use super::error::VocabError;
+use super::algebra::norm;
+use super::error::{VocabError, check_rows};
 use crate::sim::Real;
 
 /// A stored vector that a search found.
@@ -88,24 +89,11 @@ impl ItemMemory {
     /// [`VocabError::BadVector`] if `dim` is out of range, `rows` is not a whole number of vectors, or a component is
     /// not finite.
     pub fn new(rows: Vec<Real>, dim: usize) -> Result<Self, VocabError> {
-        let bad = |reason: String| VocabError::BadVector { name: "item memory".into(), reason };
         if dim > MAX_DIM {
-            return Err(bad(format!("{dim} dimensions per vector; expected 1 to {MAX_DIM}")));
+            let reason = format!("{dim} dimensions per vector; expected 1 to {MAX_DIM}");
+            return Err(VocabError::BadVector { name: "item memory".into(), reason });
         }
-        if dim == 0 || !rows.len().is_multiple_of(dim) {
-            return Err(bad(format!(
-                "{} numbers for vectors of {dim} dimensions; expected whole vectors of at least 1 dimension",
-                rows.len()
-            )));
-        }
-        if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
-            return Err(bad(format!(
-                "component {} of vector {} is {}; expected a finite number",
-                at % dim,
-                at / dim,
-                rows[at]
-            )));
-        }
+        check_rows("item memory", "vector", &rows, dim)?;
         let lines = dim.div_ceil(LINE);
         let mut codes = vec![Line::filled(OFFSET as i8); rows.len() / dim * lines];
         let mut facts = Vec::with_capacity(rows.len() / dim);
@@ -113,7 +101,7 @@ impl ItemMemory {
             let quantised = quantise(row, Real::from(ROW_MAX), |at, value| {
                 code[at / LINE].0[at % LINE] = (value + OFFSET) as i8;
             });
-            facts.push(RowFacts { step: quantised.step, norm: length(row), rest: quantised.rest });
+            facts.push(RowFacts { step: quantised.step, norm: norm(row), rest: quantised.rest });
         }
         Ok(Self { dim, rows, codes, lines, facts })
     }
@@ -247,7 +235,7 @@ impl ItemMemory {
             code[at / LINE].0[at % LINE] = value as i8;
             sum += i32::from(value);
         });
-        let full = length(query);
+        let full = norm(query);
         Some(Screen {
             code,
             bias: i32::from(OFFSET) * sum,
@@ -333,8 +321,4 @@ fn quantise(values: &[Real], most: Real, mut put: impl FnMut(usize, i16)) -> Qua
         rest += left * left;
     }
     Quantised { step, rest: rest.sqrt() as Real * 1.000_001 }
-}
-
-fn length(values: &[Real]) -> Real {
-    values.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>().sqrt() as Real
 }
