@@ -2,8 +2,11 @@
 
 #![allow(clippy::expect_used)]
 
+use rand::RngExt;
 use symbolt::sim::{Real, Seed};
-use symbolt::spa::{Algebra, FactoredItems, Hrr, ItemMemory, Match, PairDecoder, random_pointer};
+use symbolt::spa::{
+    Algebra, FactoredItems, Hrr, ItemMemory, Match, PairDecoder, dot, random_pointer,
+};
 
 fn memory(items: u64, dim: usize) -> ItemMemory {
     let rows = (0..items).flat_map(|i| random_pointer(dim, Seed::new(i))).collect();
@@ -155,4 +158,64 @@ fn broken_memories_are_refused_with_the_place() {
         assert!(error.contains(expected), "{error}");
     }
     assert!(refused(atoms, 8, vec![(0, 1.0)]).is_none());
+}
+
+fn drawn(dim: usize, atoms: usize, weighted: bool) -> FactoredItems {
+    let rows = (0..atoms).flat_map(|i| random_pointer(dim, Seed::new(i as u64))).collect();
+    let mut rng = Seed::new(77).rng();
+    let items: Vec<Vec<(usize, Real)>> = (0..500)
+        .map(|item| {
+            let term = |_| {
+                let weight = if weighted { 2.0 * rng.random::<Real>() - 1.0 } else { 1.0 };
+                (rng.random_range(0..atoms), weight)
+            };
+            (0..item % 13).map(term).collect()
+        })
+        .collect();
+    FactoredItems::new(rows, dim, items).expect("valid")
+}
+
+/// Similarities computed in double precision from the items as dense vectors.
+fn dense(items: &FactoredItems, query: &[Real]) -> Vec<Real> {
+    (0..items.len()).map(|index| dot(&items.item(index), query)).collect()
+}
+
+fn furthest(a: &[Real], b: &[Real]) -> Real {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, Real::max)
+}
+
+#[test]
+fn factored_similarities_are_those_of_dense_items() {
+    for (dim, atoms, weighted) in [(64, 40, true), (65, 32, false), (3, 1, true), (100, 77, false)]
+    {
+        let items = drawn(dim, atoms, weighted);
+        let query = random_pointer(dim, Seed::new(901));
+        let mut found = vec![0.0; items.len()];
+        items.similarities_into(&query, &mut found);
+        let exact = dense(&items, &query);
+        assert!(exact.iter().filter(|value| value.abs() > 0.05).count() > 100);
+        assert!(furthest(&found, &exact) < 1e-5, "{}", furthest(&found, &exact));
+        // A memory that lost one term of one item is found out.
+        let mut wrong: Vec<Vec<(usize, Real)>> = (0..items.len())
+            .map(|i| items.terms(i).iter().map(|(atom, w)| (*atom as usize, *w)).collect())
+            .collect();
+        wrong[12].pop();
+        let rows = (0..atoms).filter_map(|i| items.atom(i)).flatten().copied().collect();
+        let wrong = FactoredItems::new(rows, dim, wrong).expect("valid");
+        wrong.similarities_into(&query, &mut found);
+        assert!(furthest(&found, &exact) > 1e-3);
+    }
+}
+
+#[test]
+fn positions_outside_the_memory_give_nothing() {
+    let items = drawn(4, 3, true);
+    for outside in [500, usize::MAX] {
+        assert!(items.terms(outside).is_empty());
+        assert_eq!(items.item(outside), [0.0; 4]);
+    }
+    for outside in [3, usize::MAX] {
+        assert!(items.atom(outside).is_none());
+    }
+    assert!(items.atom(2).is_some() && items.terms(499).len() == 499 % 13);
 }

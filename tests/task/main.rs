@@ -42,5 +42,6 @@ mod stack_planner;
 mod statistics;
 mod synthetic;
 mod task_files;
+mod traces;
 mod trials;
 mod worlds;

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use symbolt::plan::goal_sets::Regression;
-use symbolt::plan::strips::{Bodies, Domain, Grounded, Problem};
+use symbolt::plan::strips::{Bodies, Domain, Grounded, MAX_DEPTH, PddlFault, Problem};
 use symbolt::sim::Seed;
 use symbolt::study::problems::{
     Breakfast, Distance, Kitchen, PlanningProblem, breakfast, distance, tangled,
@@ -143,4 +143,25 @@ fn an_operator_serves_what_others_with_its_preconditions_add() {
     assert_eq!(served("(take-a)"), set(&["(b)"]));
     assert_eq!(served("(take-b)"), set(&["(a)"]));
     assert_eq!(served("(take-c)"), set(&["(up)"]));
+}
+
+fn read(bytes: &[u8], file: &str) -> PddlFault {
+    Domain::parse(bytes, file, Bodies::Read).expect_err("a fault")
+}
+
+#[test]
+fn faults_name_line_and_column() {
+    let deep = "(".repeat(MAX_DEPTH + 1);
+    let cases = [
+        ("(a", "x.pddl, line 1, column 1: this list is not closed; expected `)`"),
+        ("(a b\u{1b}[2J)", "x.pddl, line 1, column 4: the word \"b\\u{1b}[2J\" has a control"),
+        ("(a)\n é )", "x.pddl, line 2, column 4: `)` closes no list"),
+        (deep.as_str(), "x.pddl, line 1, column 65: lists are nested more than 64 deep"),
+    ];
+    for (text, message) in cases {
+        let fault = read(text.as_bytes(), "x.pddl").to_string();
+        assert!(fault.starts_with(message), "{fault}");
+    }
+    let fault = read(b"(a\n b\xff)", "x");
+    assert_eq!((fault.line, fault.column), (2, 3));
 }
