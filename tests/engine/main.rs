@@ -1,4 +1,4 @@
-//! The engine and its neurons: wiring, ticks, probes, bits, threads and ranks, models, solved populations; and the files that all rooms use.
+//! The engine and its neurons: wiring, ticks, probes, bits, threads and ranks, models, solved populations; and files.
 
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
