@@ -3,7 +3,8 @@
 use super::shape::Shape;
 use crate::sim::Real;
 
-/// Ensembles and their values in one tick: what [`NeuronModel::step_ensembles`] gets.
+/// Ensembles and their values in one tick: what
+/// [`NeuronModel::step_ensembles`](crate::neurons::NeuronModel::step_ensembles) gets.
 #[derive(Debug)]
 pub struct Work<'a> {
     /// Length of the tick, in seconds.
