@@ -117,7 +117,7 @@ fn layers(c: &mut Criterion) {
     let given = graph.add("given", Constant::vector(&values));
     struct Products(usize);
     impl Module for Products {
-        type Ports = symbolt::neurons::ProductPorts;
+        type Ports = symbolt::neurons::BilinearPorts<symbolt::sim::Vector>;
         fn expand(self, scope: &mut Scope<'_>) -> Self::Ports {
             scope.product("products", Product::new(self.0))
         }

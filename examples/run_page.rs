@@ -26,8 +26,9 @@ pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
     let similarities = words.similarities(sim.samples(&value), Words::NAMES)?;
     let page = RunPage::new("A memory", &sim).chart("memory", &similarities).html();
     write_atomic(&folder.join("run.html"), page, Overwrite::Allowed)?;
-    sim.recordings().write_npz(&folder.join("run.npz"), Overwrite::Allowed)?;
-    sim.recordings().write_spikes_csv(&folder.join("spikes.csv"), Overwrite::Allowed)?;
+    let recordings = sim.recordings();
+    write_atomic(&folder.join("run.npz"), recordings.to_npz()?, Overwrite::Allowed)?;
+    write_atomic(&folder.join("spikes.csv"), recordings.spikes_csv(), Overwrite::Allowed)?;
     Ok(sim.spikes(&spikes).count())
 }
 

@@ -110,21 +110,3 @@ fn in_mib(bytes: u64) -> String {
         _ => format!("{bytes} bytes"),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_is_replaced_only_if_that_is_allowed_and_nothing_else_is_left_in_its_folder() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("file");
-        write_atomic(&path, "one", Overwrite::Never).expect("it is new");
-        let refused = write_atomic(&path, "two", Overwrite::Never);
-        assert!(matches!(refused, Err(FileError::Exists { .. })), "{refused:?}");
-        assert_eq!(std::fs::read(&path).expect("a file"), b"one");
-        write_atomic(&path, "three", Overwrite::Allowed).expect("it may be replaced");
-        assert_eq!(std::fs::read(&path).expect("a file"), b"three");
-        assert_eq!(folder.path().read_dir().expect("a folder").count(), 1);
-    }
-}

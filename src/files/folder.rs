@@ -281,29 +281,12 @@ mod tests {
         tempfile::tempdir().expect("a folder")
     }
 
-    fn entries(folder: &Path) -> usize {
-        folder.read_dir().expect("a folder").count()
-    }
-
     #[test]
     #[cfg(target_os = "linux")]
     fn errors_of_file_systems_without_locks_are_told_from_other_errors() {
         // ENOSYS, EOPNOTSUPP, EINVAL, ENOLCK; and EIO, EBADF, ENOSPC.
         assert!([38, 95, 22, 37].iter().all(|code| unsupported(&Error::from_raw_os_error(*code))));
         assert!(![5, 9, 28].iter().any(|code| unsupported(&Error::from_raw_os_error(*code))));
-    }
-
-    #[test]
-    fn a_folder_keeps_others_out_until_it_is_dropped() {
-        let folder = place();
-        let held = ResultFolder::open(folder.path()).expect("it is free");
-        assert_eq!(held.warning(), None);
-        let refused = ResultFolder::open(folder.path()).expect_err("it is held");
-        let said = refused.to_string();
-        assert!(said.contains("another run is writing to ") && said.contains("; choose"), "{said}");
-        drop(held);
-        drop(ResultFolder::open(folder.path()).expect("it is free again"));
-        assert_eq!(entries(folder.path()), usize::from(!cfg!(unix)), "the lock file is gone");
     }
 
     #[test]
@@ -317,78 +300,5 @@ mod tests {
         assert!(matches!(denied, Err(FileError::Io { what: "write", .. })), "{denied:?}");
         let held = by(|_| Err(TryLockError::WouldBlock));
         assert!(matches!(held, Err(FileError::Busy { .. })), "{held:?}");
-    }
-
-    #[test]
-    fn a_folder_made_for_nothing_is_removed_and_one_with_results_stays() {
-        let place = place();
-        let root = place.path().join("a");
-        let path = root.join("b/c");
-        drop(ResultFolder::open_if::<FileError>(&path, Some(&root), |_| Ok(())).expect("opens"));
-        assert_eq!(entries(place.path()), 0);
-        let refused = ResultFolder::open_if(&path, Some(&root), |path| match path.exists() {
-            false => Ok(()),
-            true => Err(FileError::Exists { path: path.into() }),
-        });
-        assert!(matches!(refused, Err(FileError::Exists { .. })), "asked again under the lock");
-        assert_eq!(entries(place.path()), 0);
-        let folder = ResultFolder::open_if::<FileError>(&path, Some(&root), |_| Ok(()));
-        let folder = folder.expect("opens");
-        std::fs::write(folder.path().join("result"), "1").expect("writes");
-        drop(folder);
-        let ignore = std::fs::read_to_string(root.join(".gitignore")).expect("there");
-        assert!(ignore.ends_with("\n*\n"), "{ignore}");
-        assert!(path.join("result").exists());
-        // A folder that was there before is neither hidden from git nor removed.
-        let old = place.path().join("old");
-        std::fs::create_dir(&old).expect("makes");
-        drop(ResultFolder::open_if::<FileError>(&old, Some(&old), |_| Ok(())).expect("opens"));
-        assert_eq!(entries(&old), usize::from(!cfg!(unix)));
-    }
-
-    #[test]
-    fn a_folder_has_one_holder_at_a_time_however_many_try() {
-        let place = place();
-        let path = place.path().join("results");
-        let holders = std::sync::atomic::AtomicUsize::new(0);
-        let try_often = || {
-            let mut opened = 0;
-            for _ in 0..800 {
-                match ResultFolder::open(&path) {
-                    Ok(folder) => {
-                        let before = holders.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
-                        assert_eq!(before, 0, "two runs hold the folder");
-                        std::thread::yield_now();
-                        holders.fetch_sub(1, std::sync::atomic::Ordering::SeqCst);
-                        drop(folder);
-                        opened += 1;
-                    }
-                    Err(error) => assert!(matches!(error, FileError::Busy { .. }), "{error:?}"),
-                }
-            }
-            opened
-        };
-        let opened: usize = std::thread::scope(|scope| {
-            let threads: Vec<_> = (0..4).map(|_| scope.spawn(try_often)).collect();
-            threads.into_iter().map(|thread| thread.join().expect("no panic")).sum()
-        });
-        assert!(opened > 0);
-        // A run that ended between another run's attempts may have left the folder, but nothing in it.
-        assert!(!path.exists() || entries(&path) == 0);
-    }
-
-    #[test]
-    #[cfg(unix)]
-    fn a_lock_file_that_is_something_else_is_neither_used_nor_removed() {
-        let folder = place();
-        let lock = folder.path().join(LOCK);
-        std::fs::write(&lock, "a person's file").expect("writes");
-        drop(ResultFolder::open(folder.path()).expect("opens"));
-        assert_eq!(std::fs::read_to_string(&lock).expect("there"), "a person's file");
-        std::fs::remove_file(&lock).expect("removes");
-        std::os::unix::fs::symlink("elsewhere", &lock).expect("links");
-        let refused = ResultFolder::open(folder.path());
-        assert!(matches!(refused, Err(FileError::Io { what: "write to", .. })), "{refused:?}");
-        assert!(!folder.path().join("elsewhere").exists());
     }
 }

@@ -72,27 +72,23 @@ pub(crate) fn either_way<R: Rng>(rng: &mut R, out: &mut [f64]) {
     out.fill(if rng.random::<bool>() { 1.0 } else { -1.0 });
 }
 
+/// Draws the squared length of a vector of `count` normal numbers.
+fn square_of_normals<R: Rng>(rng: &mut R, count: usize) -> f64 {
+    let normals = std::iter::repeat_with(|| -> f64 { StandardNormal.sample(rng) });
+    normals.take(count).map(|v| v * v).sum()
+}
+
 /// Draws the cosine between two random directions in `dims` dimensions. At most 0.95, so that every neuron fires for
 /// some values.
 pub(crate) fn cosine<R: Rng>(rng: &mut R, dims: usize) -> f64 {
     let first: f64 = StandardNormal.sample(rng);
-    let rest: f64 = (1..dims)
-        .map(|_| {
-            let v: f64 = StandardNormal.sample(rng);
-            v * v
-        })
-        .sum();
+    let rest = square_of_normals(rng, dims.saturating_sub(1));
     (first / (first * first + rest).sqrt().max(1e-12)).clamp(-0.999, 0.95)
 }
 
 /// Draws a part of a random unit pointer: `out.len()` of its `total` dimensions.
 pub(crate) fn part_of_pointer<R: Rng>(rng: &mut R, out: &mut [f64], total: usize) {
-    let rest: f64 = (out.len()..total)
-        .map(|_| {
-            let v: f64 = StandardNormal.sample(rng);
-            v * v
-        })
-        .sum();
+    let rest = square_of_normals(rng, total.saturating_sub(out.len()));
     out.iter_mut().for_each(|v| *v = StandardNormal.sample(rng));
     let own: f64 = out.iter().map(|v| v * v).sum();
     let length = (own + rest).sqrt().max(1e-12);

@@ -96,8 +96,8 @@ mod tuning;
 pub use bank::{Ensembles, Work};
 pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_signature};
 pub use layers::{
-    Circuit, Ensemble, EnsemblePorts, GatedPorts, Items, Layer, Layers, Map, Populated, Product,
-    ProductPorts, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
+    BilinearPorts, Circuit, Ensemble, EnsemblePorts, GatePorts, Items, Layer, Layers, Map,
+    Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
 };
 pub use lower::{neurons, own_neurons};
 pub use models::{Block, Firing, Lif, LifRate, NeuronModel, Start, Variable};

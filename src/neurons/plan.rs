@@ -254,14 +254,3 @@ impl PopulationPlan {
             .map_or_else(|| self.default.clone(), |(_, population)| population.clone())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_unknown_mode_names_those_that_exist() {
-        let error = "lif2".parse::<Population>().map_err(|e| e.to_string());
-        assert_eq!(error, Err("there is no mode `lif2`; the modes are: direct, rate, lif".into()));
-    }
-}

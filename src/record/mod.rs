@@ -15,6 +15,6 @@ mod recordings;
 mod series;
 
 pub use page::RunPage;
-pub use recordings::{Recordings, RecordingsError};
+pub use recordings::Recordings;
 pub(crate) use series::COLOURS;
 pub use series::TimeSeries;

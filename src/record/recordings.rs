@@ -1,29 +1,16 @@
 //! Everything that a run recorded, for files: numpy archives and CSV.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use ndarray::{ArrayView1, ArrayView2};
 
 use crate::files::npz::{NpzError, NpzWriter};
-use crate::files::{FileError, Overwrite, write_atomic};
 use crate::sim::{Real, Samples, Simulator, Spikes, Vector};
-
-/// The error of writing recordings to a file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RecordingsError {
-    /// The archive cannot be made.
-    #[error(transparent)]
-    Archive(#[from] NpzError),
-    /// The file cannot be written.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
 
 /// Everything that the probes of a run have recorded, by the names of the outputs and layers.
 ///
 /// ```
+/// use symbolt::files::{Overwrite, write_atomic};
 /// use symbolt::prelude::*;
 ///
 /// symbolt::vocabulary!(Parts = "parts": NUT);
@@ -41,7 +28,7 @@ pub enum RecordingsError {
 /// assert!(recordings.spikes_csv().lines().count() > 100);
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("run.npz");
-/// recordings.write_npz(&path, symbolt::files::Overwrite::Never)?;
+/// write_atomic(&path, recordings.to_npz()?, Overwrite::Never)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Recordings<'a> {
@@ -136,37 +123,5 @@ impl<'a> Recordings<'a> {
             archive.add(&format!("{name}.spike_neuron"), &ArrayView1::from(&neurons))?;
         }
         archive.finish()
-    }
-
-    /// Writes the archive of [`to_npz`](Self::to_npz) to a file.
-    ///
-    /// # Errors
-    /// [`RecordingsError`] if the archive cannot be made or written. A half-written file is never left behind.
-    pub fn write_npz(&self, path: &Path, overwrite: Overwrite) -> Result<(), RecordingsError> {
-        Ok(write_atomic(path, self.to_npz()?, overwrite)?)
-    }
-
-    /// Writes the table of [`values_csv`](Self::values_csv) to a file.
-    ///
-    /// # Errors
-    /// [`RecordingsError::File`] if it cannot be written. A half-written file is never left behind.
-    pub fn write_values_csv(
-        &self,
-        path: &Path,
-        overwrite: Overwrite,
-    ) -> Result<(), RecordingsError> {
-        Ok(write_atomic(path, self.values_csv(), overwrite)?)
-    }
-
-    /// Writes the table of [`spikes_csv`](Self::spikes_csv) to a file.
-    ///
-    /// # Errors
-    /// As for [`write_values_csv`](Self::write_values_csv).
-    pub fn write_spikes_csv(
-        &self,
-        path: &Path,
-        overwrite: Overwrite,
-    ) -> Result<(), RecordingsError> {
-        Ok(write_atomic(path, self.spikes_csv(), overwrite)?)
     }
 }

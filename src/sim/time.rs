@@ -161,37 +161,3 @@ impl Timebase {
         SimDuration::from_micros(ticks.saturating_mul(self.tick.micros))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_span_that_is_no_whole_number_of_ticks_is_refused() {
-        let time = Timebase::default();
-        assert_eq!(time.ticks(SimDuration::from_millis(43)), Ok(43));
-        let odd = SimDuration::from_micros(1_000_000 / 240);
-        assert!(matches!(time.ticks(odd), Err(ConfigError::Indivisible { .. })));
-    }
-
-    #[test]
-    fn every_whole_millisecond_up_to_five_seconds_counts_exactly() {
-        let time = Timebase::default();
-        let wrong = (1..5000u64)
-            .filter(|ms| {
-                let span = SimDuration::from_secs_f64(*ms as f64 / 1000.0);
-                span.and_then(|s| time.ticks(s)) != Ok(*ms)
-            })
-            .count();
-        assert_eq!(wrong, 0);
-    }
-
-    #[test]
-    fn nonsense_durations_are_refused() {
-        for bad in [-1.0, f64::NAN, f64::INFINITY, 1e13] {
-            assert!(SimDuration::from_secs_f64(bad).is_err(), "{bad}");
-        }
-        assert!(Timebase::new(SimDuration::ZERO).is_err());
-        assert!(Timebase::new(SimDuration::from_secs(2)).is_err());
-    }
-}

@@ -110,6 +110,32 @@ pub enum VocabError {
     },
 }
 
+/// Checks that `rows`, row-major, are whole vectors of at least one dimension, and that all numbers are finite. `what` is
+/// the word for one of them.
+pub(super) fn check_rows(
+    name: &str,
+    what: &str,
+    rows: &[f32],
+    dim: usize,
+) -> Result<(), VocabError> {
+    let bad = |reason| Err(VocabError::BadVector { name: name.into(), reason });
+    if dim == 0 || !rows.len().is_multiple_of(dim) {
+        return bad(format!(
+            "{} numbers for {what}s of {dim} dimensions; expected whole vectors of at least 1 dimension",
+            rows.len()
+        ));
+    }
+    match rows.iter().position(|v| !v.is_finite()) {
+        Some(at) => bad(format!(
+            "component {} of {what} {} is {}; expected a finite number",
+            at % dim,
+            at / dim,
+            rows[at]
+        )),
+        None => Ok(()),
+    }
+}
+
 /// Returns the text around a position, with a mark below it.
 fn around(text: &str, at: usize) -> String {
     let first = at.saturating_sub(60);

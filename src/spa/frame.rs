@@ -69,34 +69,3 @@ fn unit_rows(mut rows: ArrayViewMut2<'_, f64>) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sim::Seed;
-    use crate::spa::algebra::dot;
-
-    /// Returns the sum of all squared similarities, over its least possible value.
-    fn potential(rows: &[Real], dim: usize) -> f64 {
-        let all: Vec<&[Real]> = rows.chunks_exact(dim).collect();
-        let sum: f64 =
-            all.iter().flat_map(|a| all.iter().map(|b| f64::from(dot(a, b)).powi(2))).sum();
-        let count = all.len() as f64;
-        sum / (count * count / dim as f64).max(count)
-    }
-
-    #[test]
-    fn frames_reach_the_bound_of_welch_and_random_vectors_do_not() {
-        for (count, dim) in [(5, 4), (12, 8), (60, 24), (24, 24), (10, 24), (1, 6)] {
-            let mut rng = Seed::new(3).rng();
-            let frame = tight_frame(count, dim, &mut rng);
-            assert_eq!(frame.len(), count * dim);
-            let lengths = frame.chunks_exact(dim).map(|row| dot(row, row));
-            assert!(lengths.into_iter().all(|square| (square - 1.0).abs() < 1e-5));
-            let reached = potential(&frame, dim);
-            assert!((reached - 1.0).abs() < 1e-4, "{count} rows of {dim}: {reached}");
-            let random: Vec<Real> = (0..count).flat_map(|_| draw_pointer(dim, &mut rng)).collect();
-            assert!(count == 1 || potential(&random, dim) > 1.05, "{count} rows of {dim}");
-        }
-    }
-}

@@ -101,6 +101,7 @@ mod pointer;
 mod resonator;
 mod vocabulary;
 
+pub use crate::neurons::{BilinearPorts, GatePorts};
 pub use crate::sim::PointerRef;
 pub use algebra::{
     Algebra, Hrr, LinearMap, ProductForm, Vtb, Workspace, cosine, cosine_of_slices, dot, norm,
@@ -114,12 +115,11 @@ pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rule, Rules, RulesPorts};
 pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
-    AssociativeMemory, BasalGanglia, BasalGangliaPorts, BilinearPorts, Bind, CleanupMemory,
-    Compare, DecodePairs, DecodePairsPorts, FEED_FORWARD, FactoredSimilarity,
-    FactoredSimilarityPorts, Gate, GatePorts, GoalBuffer, JointMemory, JointMemoryPorts, Linear,
-    MemoryPorts, Multiply, RECURRENT, ResonatorNetwork, ResonatorNetworkPorts, Selection,
-    SelectionPorts, Sequence, SequencePorts, State, Superpose, SuperposePorts, Tape, TapePorts,
-    Unbind, UnbindPorts, Weigh, WeighPorts,
+    AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, CleanupMemory, Compare, DecodePairs,
+    DecodePairsPorts, FEED_FORWARD, FactoredSimilarity, FactoredSimilarityPorts, Gate, GoalBuffer,
+    JointMemory, JointMemoryPorts, Linear, MemoryPorts, Multiply, RECURRENT, ResonatorNetwork,
+    ResonatorNetworkPorts, Selection, SelectionPorts, Sequence, SequencePorts, State, Superpose,
+    SuperposePorts, Tape, TapePorts, Unbind, UnbindPorts, Weigh, WeighPorts,
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;

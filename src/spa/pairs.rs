@@ -17,7 +17,7 @@
 //! experiment `capacity` compares the method with linear read-out.
 
 use super::algebra::{Algebra, Hrr, Workspace, dot};
-use super::error::VocabError;
+use super::error::{VocabError, check_rows};
 use super::item_memory::dots;
 use crate::sim::Real;
 
@@ -95,22 +95,15 @@ pub struct PairDecoder {
 }
 
 /// Checks that `rows` are one or more vectors of `dim` finite numbers.
-pub(super) fn check_rows(name: &str, rows: &[Real], dim: usize) -> Result<(), VocabError> {
-    let bad = |reason| Err(VocabError::BadVector { name: name.into(), reason });
+pub(super) fn check_some(name: &str, rows: &[Real], dim: usize) -> Result<(), VocabError> {
     if rows.is_empty() || !rows.len().is_multiple_of(dim) {
         let numbers = rows.len();
-        return bad(format!(
+        let reason = format!(
             "{numbers} numbers are not whole vectors of {dim}; expected a multiple of {dim} above 0"
-        ));
+        );
+        return Err(VocabError::BadVector { name: name.into(), reason });
     }
-    if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
-        let (component, row) = (at % dim, at / dim);
-        return bad(format!(
-            "component {component} of vector {row} is {}; expected a finite number",
-            rows[at]
-        ));
-    }
-    Ok(())
+    check_rows(name, "vector", rows, dim)
 }
 
 impl PairDecoder {
@@ -129,7 +122,7 @@ impl PairDecoder {
     pub fn new(dim: usize, roles: &[Real], items: &[Real]) -> Result<Self, VocabError> {
         Hrr.check_dim(dim)?;
         for (name, rows) in [("roles", roles), ("items", items)] {
-            check_rows(name, rows, dim)?;
+            check_some(name, rows, dim)?;
         }
         let mut work = Hrr.scratch(dim);
         let mut inverses = vec![0.0; roles.len()];
@@ -244,79 +237,5 @@ impl PairDecoder {
             *u = r - e;
         }
         change
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sim::Seed;
-    use crate::spa::random_pointer;
-
-    fn vectors(from: u64, count: u64, dim: usize) -> Vec<Real> {
-        (from..from + count).flat_map(|i| random_pointer(dim, Seed::new(i))).collect()
-    }
-
-    /// The sum of the first pairs, plus noise of norm `sigma`.
-    fn sum(dim: usize, roles: &[Real], items: &[Real], sigma: Real) -> Vec<Real> {
-        let mut sum = random_pointer(dim, Seed::new(999));
-        sum.iter_mut().for_each(|v| *v *= sigma);
-        let (mut work, mut pair) = (Hrr.scratch(dim), vec![0.0; dim]);
-        for (role, item) in roles.chunks_exact(dim).zip(items.chunks_exact(dim)) {
-            Hrr.bind_into(role, item, &mut pair, &mut work);
-            sum.iter_mut().zip(&pair).for_each(|(s, p)| *s += p);
-        }
-        sum
-    }
-
-    #[test]
-    fn an_earlier_sum_leaves_nothing_behind() {
-        let (roles, items) = (vectors(0, 6, 128), vectors(50, 20, 128));
-        let mut decoder = PairDecoder::new(128, &roles, &items).expect("sound");
-        let noisy = sum(128, &roles, &items, 0.5);
-        let first = decoder.read(&noisy).to_vec();
-        decoder.read(&random_pointer(128, Seed::new(7)));
-        assert_eq!(decoder.read(&noisy), first);
-        let right = first.iter().enumerate().filter(|(at, filler)| filler.item == *at);
-        assert_eq!(right.count(), 6);
-        assert!(first.iter().all(|filler| filler.weight > 0.9 && filler.weight <= 1.0));
-        let mut broken = noisy.clone();
-        broken[3] = Real::NAN;
-        assert!(decoder.read(&broken).iter().all(|filler| filler.weight == 0.0));
-        assert_eq!(decoder.read(&noisy), first);
-    }
-
-    #[test]
-    fn weights_say_how_sure_a_reading_is() {
-        // 300 overloaded sums of nine pairs in 32 dimensions, with noise. Each bin counts the readings of similar
-        // weight, and how many of them are right.
-        let mut bins = [[0.0; 2]; 4];
-        for trial in 0..300 {
-            let (roles, items) = (vectors(100 * trial, 9, 32), vectors(100 * trial + 9, 40, 32));
-            let mut decoder = PairDecoder::new(32, &roles, &items).expect("sound");
-            for (at, filler) in decoder.read(&sum(32, &roles, &items, 0.5)).iter().enumerate() {
-                let bin = &mut bins[((filler.weight * 4.0) as usize).min(3)];
-                *bin = [bin[0] + 1.0, bin[1] + f64::from(u8::from(filler.item == at))];
-            }
-        }
-        let [lowest, low, high, highest] = bins.map(|[all, right]| right / all);
-        // Three standard errors of a share of at least 100 readings are at most 15 percentage points.
-        assert!(bins.iter().all(|[all, _]| *all >= 100.0), "{bins:?}");
-        assert!(lowest < 0.45 && highest > 0.95, "{bins:?}");
-        assert!(lowest + 0.1 < low && low + 0.05 < high && high < highest, "{bins:?}");
-    }
-
-    #[test]
-    fn what_cannot_be_decoded_is_refused() {
-        let (roles, items) = (vectors(0, 2, 64), vectors(50, 4, 64));
-        let reason = |dim, roles: &[Real], items: &[Real]| {
-            PairDecoder::new(dim, roles, items).expect_err("refused").to_string()
-        };
-        assert!(reason(0, &roles, &items).contains("0 dimensions"));
-        assert!(reason(60, &roles, &items).contains("128 numbers"));
-        assert!(reason(64, &[], &items).contains("roles"));
-        let mut odd = items.clone();
-        odd[70] = Real::NAN;
-        assert!(reason(64, &roles, &odd).contains("component 6 of vector 1 is NaN"));
     }
 }

@@ -454,3 +454,21 @@ fn build_profiles_are_the_same_in_the_readme_and_in_the_crates_front_page() {
     let front: String = snippet.expect("a snippet").lines().map(|l| format!("//! {l}\n")).collect();
     assert!(read("src/lib.rs").contains(&front), "{front}");
 }
+
+#[test]
+fn every_recovery_of_the_folder_stands_in_the_ladder() {
+    let entries = fs::read_dir(root().join("src/task/execute/recovery")).expect("a folder");
+    let names = entries.map(|e| e.expect("readable").file_name().into_string().expect("text"));
+    let rest =
+        ["mod", "attempts", "begin", "places", "plight", "rung"].map(|name| format!("{name}.rs"));
+    let text = read("src/task/execute/recovery/mod.rs");
+    let ladder = text.split("const LADDER").nth(1).and_then(|t| t.split("];").next());
+    let ladder = ladder.expect("there is a ladder");
+    let mut count = 0;
+    for name in names.filter(|name| !rest.contains(name)) {
+        let own = name.strip_suffix(".rs").expect("a file of Rust");
+        assert!(ladder.contains(&format!("&{own}::")), "{own} is in no rung");
+        count += 1;
+    }
+    assert_eq!(count, 6);
+}

@@ -1,4 +1,4 @@
-//! The engine and its neurons: wiring, ticks, probes, bits, threads and ranks, solved populations.
+//! The engine and its neurons: wiring, ticks, probes, bits, threads and ranks, models, solved populations; and files.
 
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -12,8 +12,12 @@ mod things;
 
 mod determinism;
 mod engine;
+mod files;
+mod models;
+mod npz;
 mod parallel;
 mod populations;
 mod probes;
+mod seeds_and_time;
 mod solved;
 mod wiring;

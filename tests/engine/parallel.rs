@@ -547,3 +547,22 @@ fn the_reason_why_one_rank_cannot_build_is_known_to_all() {
         assert!(found.contains("-1"), "{found}");
     }
 }
+
+#[test]
+fn a_rank_that_built_something_else_is_found() {
+    let group = Ranks::in_process(3);
+    let found: Vec<_> = std::thread::scope(|scope| {
+        let ask = |ranks: &Ranks| ranks.differs(if ranks.rank() == 1 { 7 } else { 8 });
+        let threads: Vec<_> = group.iter().map(|ranks| scope.spawn(move || ask(ranks))).collect();
+        threads.into_iter().map(|t| t.join().expect("no panic")).collect()
+    });
+    assert_eq!(found, [Ok(Some(1)), Ok(Some(0)), Ok(Some(1))]);
+}
+
+#[test]
+fn the_end_of_one_is_the_end_of_all() {
+    let mut group = Ranks::in_process(2);
+    drop(group.pop());
+    let fault = group[0].differs(1).expect_err("alone");
+    assert_eq!(fault.to_string(), "rank 1 has ended");
+}

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use symbolt::neurons::{
-    Ensemble, GatedPorts, Layers, Lif, LifSpec, Map, NeuronSpec, Population, PopulationPlan,
+    Ensemble, GatePorts, Layers, Lif, LifSpec, Map, NeuronSpec, Population, PopulationPlan,
     Represent, SelectRule, SolvedModel, Tuning,
 };
 use symbolt::sim::Ports;
@@ -547,7 +547,7 @@ fn a_gate_closes_in_neurons_of_another_model() {
     let open = graph.add("open", open);
     let gate = graph.add(
         "gate",
-        Alone(|scope: &mut Scope<'_>| -> GatedPorts<Vector> {
+        Alone(|scope: &mut Scope<'_>| -> GatePorts<Vector> {
             let layer = Represent::new(InputSpec::vector(1), OutputSpec::vector(1), 1.0);
             scope.represent_gated("gate", layer)
         }),

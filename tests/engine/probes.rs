@@ -4,7 +4,6 @@
 
 use std::ops::ControlFlow;
 
-use symbolt::files::Overwrite;
 use symbolt::files::npz::NpzReader;
 use symbolt::prelude::*;
 
@@ -167,11 +166,7 @@ fn recordings_are_written_for_numpy_and_as_tables() {
     graph.probe_at::<Pointer<Things>>("seen", seen);
     let spikes = graph.probe_spikes("state/population");
     let sim = graph.run(&lif(), Seed::new(1), ms(30)).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.npz");
-    sim.recordings().write_npz(&path, Overwrite::Never).unwrap();
-    assert!(sim.recordings().write_npz(&path, Overwrite::Never).is_err(), "it exists");
-    let bytes = std::fs::read(&path).unwrap();
+    let bytes = sim.recordings().to_npz().unwrap();
     let mut archive = NpzReader::new(&bytes).unwrap();
     assert_eq!(archive.names().len(), 6);
     let times: ndarray::Array1<f64> = archive.read("state.output.time_s").unwrap();
@@ -266,12 +261,6 @@ fn names_in_tables_are_quoted_where_they_need_it() {
     assert_eq!(table, "time_s,input.out[0],input.out[1]\n0.001,0.5,1\n");
     let series = sim.samples(&probe).series(["x, \"y\""]);
     assert_eq!(series.to_csv(), "time_s,\"x, \"\"y\"\"\",1\n0.001,0.5,1\n");
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("values.csv");
-    sim.recordings().write_values_csv(&path, Overwrite::Never).unwrap();
-    assert_eq!(std::fs::read_to_string(path).unwrap(), table);
-    let nowhere = folder.path().join("no/such/folder/spikes.csv");
-    assert!(sim.recordings().write_spikes_csv(&nowhere, Overwrite::Never).is_err());
 }
 
 #[test]

@@ -5,8 +5,14 @@
 
 mod capacity;
 mod expressions;
+mod families;
+mod flows;
+mod item_memories;
 mod laws;
 mod modules;
+mod pair_networks;
+mod predictions;
+mod resonators;
 mod retrieval;
 mod tape;
 mod vocabularies;

@@ -1,4 +1,4 @@
-//! Tasks: recordings, learned domains, planners, plans in PDDL, scenes, and files that are refused.
+//! Tasks: recordings, learned domains, planners, plans in PDDL, scenes, and files that are refused; and the studies of them.
 
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -13,6 +13,7 @@ mod strips;
 mod tally;
 
 mod alternatives;
+mod catalogue;
 mod events;
 mod goal_set_races;
 mod goal_sets;
@@ -20,18 +21,28 @@ mod goal_sets_in_scenes;
 mod ground;
 mod hostile;
 mod input;
+mod kinematics;
 mod learn_model;
 mod moving;
 mod pddl;
 mod pddl_of_learned_domains;
 mod planner;
+mod poses_and_states;
+mod problem_folders;
+mod problems;
 mod relational;
 mod relational_files;
 mod relational_tasks;
 mod scene;
 mod seated;
 mod second_task;
+mod sensing;
+mod settings_and_outlines;
 mod stack_planner;
+mod statistics;
 mod strangers;
 mod synthetic;
 mod task_files;
+mod traces;
+mod trials;
+mod worlds;

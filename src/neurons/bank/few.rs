@@ -3,8 +3,8 @@
 use multiversion::multiversion;
 
 use super::NARROW;
-use super::loops::{Work, at_rest, first};
 use super::shape::FEW;
+use super::work::{Work, at_rest, first};
 use crate::neurons::models::{Block, NeuronModel};
 use crate::sim::Real;
 

@@ -4,30 +4,9 @@ use multiversion::multiversion;
 
 use super::few::few;
 use super::shape::{BLOCK, NARROW, Shape, WIDE};
+use super::work::{Work, at_rest, first};
 use crate::neurons::models::{Block, NeuronModel};
 use crate::sim::Real;
-
-/// Ensembles and their values in one tick: what [`NeuronModel::step_ensembles`] gets.
-#[derive(Debug)]
-pub struct Work<'a> {
-    /// Length of the tick, in seconds.
-    pub(super) dt_s: Real,
-    pub(super) shape: Shape,
-    /// Number of variables of a neuron's state.
-    pub(super) variables: usize,
-    /// Whether the activity is spikes, not a rate.
-    pub(super) spikes: bool,
-    /// Current added to every neuron: 0 while the gate is fully open, below 0 otherwise.
-    pub(super) shift: Real,
-    /// Squared norm of the input up to which `shift` keeps every neuron at rest; below 0 if it does not.
-    pub(super) quiet: Real,
-    /// For each ensemble, the input below which no neuron leaves its rest.
-    pub(super) rests: &'a [Real],
-    pub(super) encoders: &'a [Real],
-    pub(super) biases: &'a [Real],
-    pub(super) decoders: &'a [Real],
-    pub(super) values: &'a [Real],
-}
 
 impl Work<'_> {
     /// Steps the ensembles by one tick.
@@ -96,20 +75,6 @@ fn many<M: NeuronModel + ?Sized>(
             out[0] = lanes.iter().sum();
         }
     }
-}
-
-/// Takes the first `count` numbers off a slice.
-#[inline(always)]
-pub(super) fn first<'a>(rest: &mut &'a mut [Real], count: usize) -> &'a mut [Real] {
-    let (own, after) = std::mem::take(rest).split_at_mut(count);
-    *rest = after;
-    own
-}
-
-/// Returns whether all numbers of a state are zero.
-#[inline(always)]
-pub(super) fn at_rest(state: &[Real]) -> bool {
-    state.iter().fold(0, |bits, x| bits | x.to_bits()) == 0
 }
 
 /// Computes the currents: bias plus shift plus encoder times value.

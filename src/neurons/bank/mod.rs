@@ -39,11 +39,12 @@
 //! its 22 MB of encoders takes 0.8 ms per tick.
 
 mod few;
-pub(super) mod loops;
+mod loops;
 mod partition;
 mod shape;
 #[cfg(test)]
 mod tests;
+pub(super) mod work;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -56,11 +57,11 @@ use super::solve::{self, Points};
 use super::tuning::{TuningError, refuse};
 use crate::sim::{Real, Seed};
 
-pub use loops::Work;
 pub use partition::Ensembles;
 pub(crate) use partition::{LoadBalance, Partition};
 use shape::NARROW;
 pub(crate) use shape::Shape;
+pub use work::Work;
 
 /// One ensemble before its decoders are solved.
 pub(crate) struct Draft {

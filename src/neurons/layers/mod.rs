@@ -117,25 +117,25 @@ fn check_radius(radius: Real, ports: &mut PortDecl) {
     }
 }
 
-/// Ports of a gated [`Represent`] layer.
-pub struct GatedPorts<K: Kind> {
-    /// Value to represent; adds any number of connections.
+/// Ports of a layer or module that takes a value and is opened and closed, such as a gated [`Represent`] layer or a
+/// [`Gate`](crate::spa::Gate).
+pub struct GatePorts<K: Kind> {
+    /// Value. The docs of a module say whether it adds any number of connections, as a layer does.
     pub input: In<K>,
-    /// Gate: 1 lets the value pass, 0 silences it. Adds any number of connections.
+    /// 1 opens and 0 closes. Adds any number of connections.
     pub open: In<Scalar>,
-    /// Represented value. Every connection from it needs a synapse.
+    /// Output. Every connection from that of a layer needs a synapse.
     pub output: Out<K>,
 }
 
-/// Ports of a [`Product`] layer.
-#[derive(Debug, Clone)]
-pub struct ProductPorts {
-    /// First factors, one per pair; takes one connection.
-    pub a: In<Vector>,
-    /// Second factors, one per pair; takes one connection.
-    pub b: In<Vector>,
-    /// Products, one per pair. Every connection from it needs a synapse.
-    pub output: Out<Vector>,
+/// Ports of a bilinear function of two values, such as a [`Product`] layer or [`Bind`](crate::spa::Bind).
+pub struct BilinearPorts<A: Kind, B: Kind = A, C: Kind = A> {
+    /// First value; takes one connection.
+    pub a: In<A>,
+    /// Second value; takes one connection.
+    pub b: In<B>,
+    /// Value of the function. Every connection from that of a layer needs a synapse.
+    pub output: Out<C>,
 }
 
 /// Ports of a [`Select`] layer.
@@ -161,11 +161,11 @@ pub trait Layers {
     /// Adds a population that represents a value.
     fn represent<K: Kind>(&mut self, name: &str, layer: Represent) -> Ports<K>;
     /// Adds a population behind a gate. It represents its input while the gate is open.
-    fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K>;
+    fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatePorts<K>;
     /// Adds a function of each component.
     fn map(&mut self, name: &str, layer: Map) -> Ports<Vector>;
     /// Adds products of pairs of numbers.
-    fn product(&mut self, name: &str, layer: Product) -> ProductPorts;
+    fn product(&mut self, name: &str, layer: Product) -> BilinearPorts<Vector>;
     /// Adds a choice among utilities.
     fn select(&mut self, name: &str, layer: Select) -> SelectPorts;
     /// Adds an ensemble from which functions are decoded.
@@ -184,9 +184,9 @@ impl Layers for Scope<'_> {
     }
 
     #[track_caller]
-    fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatedPorts<K> {
+    fn represent_gated<K: Kind>(&mut self, name: &str, layer: Represent) -> GatePorts<K> {
         let node = self.populate(name, layer.gated());
-        GatedPorts { input: node.input("in"), open: node.input("open"), output: node.output("out") }
+        GatePorts { input: node.input("in"), open: node.input("open"), output: node.output("out") }
     }
 
     #[track_caller]
@@ -195,9 +195,9 @@ impl Layers for Scope<'_> {
     }
 
     #[track_caller]
-    fn product(&mut self, name: &str, layer: Product) -> ProductPorts {
+    fn product(&mut self, name: &str, layer: Product) -> BilinearPorts<Vector> {
         let node = self.populate(name, layer);
-        ProductPorts { a: node.input("a"), b: node.input("b"), output: node.output("out") }
+        BilinearPorts { a: node.input("a"), b: node.input("b"), output: node.output("out") }
     }
 
     #[track_caller]

@@ -7,7 +7,7 @@ use std::fmt;
 
 use rand::{Rng, RngExt};
 
-use super::bank::loops::Work;
+use super::bank::work::Work;
 use super::tuning::TuningError;
 use crate::sim::{Fingerprint, Real};
 

@@ -65,33 +65,3 @@ impl Regression {
         Self { fluents, operators, mutexes }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::plan::strips::{Bodies, Domain, Problem};
-
-    #[test]
-    fn an_operator_serves_what_others_with_its_preconditions_add() {
-        let domain = b"(define (domain lift) (:predicates (down) (up) (a) (b) (c))
-            (:action raise :parameters () :precondition (down) :effect (and (up) (not (down))))
-            (:action take-a :parameters () :precondition (up) :effect (a))
-            (:action take-b :parameters () :precondition (and (up) (a)) :effect (b))
-            (:action take-c :parameters () :precondition (down) :effect (c)))";
-        let problem = b"(define (problem p) (:domain lift) (:init (down)) (:goal (and (b) (c))))";
-        let domain = Domain::parse(domain, "domain", Bodies::Read).unwrap();
-        let problem = Problem::parse(problem, "problem", &domain).unwrap();
-        let grounded = Grounded::new(&domain, &problem).unwrap();
-        let served = |name: &str| {
-            let rules = Regression::new(&grounded);
-            let place = grounded.operators.iter().position(|o| o.name == name).unwrap();
-            let names = rules.operators[place].serves.iter();
-            names.map(|f| grounded.fluents[*f].to_string()).collect::<BTreeSet<_>>()
-        };
-        let set = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<BTreeSet<_>>();
-        assert_eq!(served("(raise)"), set(&["(c)"]));
-        assert_eq!(served("(take-a)"), set(&["(b)"]));
-        assert_eq!(served("(take-b)"), set(&["(a)"]));
-        assert_eq!(served("(take-c)"), set(&["(up)"]));
-    }
-}

@@ -242,21 +242,4 @@ mod tests {
         assert_eq!(nodes[1].word(), Some("d"));
         assert_eq!(nodes[1].place, Place { line: 2, column: 10 });
     }
-
-    #[test]
-    fn faults_name_line_and_column() {
-        let deep = "(".repeat(MAX_DEPTH + 1);
-        let cases = [
-            ("(a", "x.pddl, line 1, column 1: this list is not closed; expected `)`"),
-            ("(a b\u{1b}[2J)", "x.pddl, line 1, column 4: the word \"b\\u{1b}[2J\" has a control"),
-            ("(a)\n é )", "x.pddl, line 2, column 4: `)` closes no list"),
-            (deep.as_str(), "x.pddl, line 1, column 65: lists are nested more than 64 deep"),
-        ];
-        for (text, message) in cases {
-            let fault = read(text).expect_err("a fault").to_string();
-            assert!(fault.starts_with(message), "{fault}");
-        }
-        let fault = Source { file: "x" }.nodes(b"(a\n b\xff)").expect_err("a fault");
-        assert_eq!((fault.line, fault.column), (2, 3));
-    }
 }

@@ -4,21 +4,47 @@ use rapier3d::dynamics::{
     GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis, MotorModel,
     RigidBodyBuilder, RigidBodyHandle,
 };
-use rapier3d::geometry::ColliderBuilder;
+use rapier3d::geometry::{ColliderBuilder, SharedShape};
 use rapier3d::math::{Pose as Frame, Rotation, Vector};
 use rapier3d::prelude::PhysicsWorld;
 
 use super::shapes;
-use super::spec::{Fixture, SceneSpec, Slider};
+use super::spec::{Fixture, SceneSpec, Slider, TableSpec};
 
 /// Damping of a slider that is strong enough to reach the limit of its friction at once, in newton seconds per metre.
 const SLIDER_DAMPING: f64 = 2e3;
 
+/// Returns the table and its rim.
+pub(super) fn table_shapes(spec: &TableSpec) -> Vec<(Frame, SharedShape)> {
+    let [low, high] = spec.rim;
+    let middle = |i: usize| (low[i] + high[i]) / 2.0;
+    let half = |i: usize| (high[i] - low[i]) / 2.0;
+    let (thick, wall, height) = (0.02, 0.006, spec.rim_height_m / 2.0);
+    let block = |at: Vector, [x, y, z]: [f64; 3]| {
+        (Frame::from_translation(at), SharedShape::cuboid(x, y, z))
+    };
+    let (x, y) = (middle(0), middle(1));
+    let mut table = vec![block(Vector::new(x, y, -thick), [half(0) + 0.02, half(1) + 0.02, thick])];
+    for side in [-1.0, 1.0] {
+        let at = Vector::new(x, y + side * (half(1) + wall), height);
+        table.push(block(at, [half(0) + 2.0 * wall, wall, height]));
+        let at = Vector::new(x + side * (half(0) + wall), y, height);
+        table.push(block(at, [wall, half(1) + 2.0 * wall, height]));
+    }
+    table
+}
+
+/// Returns a fixture's shapes with their frames in the scene.
+pub(super) fn fixture_shapes(spec: &Fixture) -> impl Iterator<Item = (Frame, SharedShape)> {
+    let at = spec.frame.frame();
+    shapes::hulls(&spec.pieces).into_iter().map(move |shape| (at, shape))
+}
+
 /// Adds the table, its rim and the fixtures that never move.
 pub(super) fn still(physics: &mut PhysicsWorld, spec: &SceneSpec) {
-    let table = shapes::table(&spec.table).into_iter().map(|piece| (piece, spec.table.friction));
+    let table = table_shapes(&spec.table).into_iter().map(|piece| (piece, spec.table.friction));
     let fixtures = spec.fixtures.iter().filter(|fixture| fixture.movable.is_none());
-    let fixtures = fixtures.flat_map(|f| shapes::fixture(f).map(|piece| (piece, f.friction)));
+    let fixtures = fixtures.flat_map(|f| fixture_shapes(f).map(|piece| (piece, f.friction)));
     for ((at, shape), friction) in table.chain(fixtures) {
         let collider = ColliderBuilder::new(shape).position(at).friction(friction);
         physics.insert_collider(collider, None);

@@ -30,7 +30,8 @@ mod spec;
 pub use frame::SceneFrame;
 pub use outline::{Body, KindOutline, Mesh, Outline};
 pub use physics::Scene;
+pub use shapes::{Piece, cuboid};
 pub use spec::{
-    BodyId, BodyKind, Fixture, Handling, Landmark, Look, MAX_PARTS, Part, Piece, SceneSpec, Slider,
-    Symmetry, TableSpec, cuboid,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, MAX_PARTS, Part, SceneSpec, Slider,
+    Symmetry, TableSpec,
 };

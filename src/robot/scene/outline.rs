@@ -4,8 +4,9 @@ use rapier3d::geometry::{SharedShape, TypedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 use serde::Serialize;
 
-use super::shapes;
-use super::spec::{Fixture, Look, Piece, SceneSpec};
+use super::furnish::{fixture_shapes, table_shapes};
+use super::shapes::{self, Piece};
+use super::spec::{Fixture, Look, SceneSpec};
 use crate::robot::Pose;
 use crate::robot::arm::bodies;
 use crate::robot::arm::frame::pose_of;
@@ -74,11 +75,11 @@ impl Outline {
             let all = shapes::hulls(pieces).into_iter();
             all.map(|shape| (Frame::IDENTITY, shape)).collect::<Vec<_>>()
         };
-        let mut surfaces = vec![(Body::Table, shapes::table(&spec.table))];
+        let mut surfaces = vec![(Body::Table, table_shapes(&spec.table))];
         let (movable, still): (Vec<&Fixture>, Vec<_>) =
             spec.fixtures.iter().partition(|f| f.movable.is_some());
         let fixtures = still.iter().enumerate();
-        surfaces.extend(fixtures.map(|(i, f)| (Body::Fixture(i), shapes::fixture(f).collect())));
+        surfaces.extend(fixtures.map(|(i, f)| (Body::Fixture(i), fixture_shapes(f).collect())));
         let pieces = spec.kinds.iter().map(|kind| &kind.pieces);
         let pieces = pieces.chain(movable.iter().map(|fixture| &fixture.pieces));
         surfaces.extend(pieces.enumerate().map(|(i, pieces)| (Body::Kind(i), hulls(pieces))));
@@ -127,61 +128,4 @@ fn mesh(body: Body, shapes: &[(Frame, SharedShape)]) -> Mesh {
         mesh.triangles.extend(triangles.iter().map(|t| t.map(|corner| corner + from)));
     }
     mesh
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::robot::arm::BodyFrame;
-    use crate::robot::scene::{BodyKind, Handling, Part, Symmetry, cuboid};
-
-    /// Returns the volume inside a closed surface, by the divergence theorem.
-    fn volume(mesh: &Mesh) -> f64 {
-        let at = |corner: u32| Vector::from(mesh.vertices[corner as usize].map(f64::from));
-        let of = |t: &[u32; 3]| at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6.0;
-        mesh.triangles.iter().map(of).sum()
-    }
-
-    #[test]
-    fn every_body_has_a_closed_surface_that_faces_outwards() {
-        let look = Look { colour: 0x0072b2, ink: 0x0072b2, roughness: 0.5 };
-        let pieces = vec![cuboid([0.0, 0.0, 0.1], [0.01, 0.02, 0.03])];
-        let handling = Handling {
-            symmetry: Symmetry { turns: 4, fold: 4, flips: true },
-            rise_m: 0.05,
-            release_m: 0.02,
-            in_the_way_m: 0.02,
-            fall_m: 0.0,
-            clear_m: 0.0,
-        };
-        let spec = SceneSpec {
-            kinds: vec![BodyKind {
-                name: "block".into(),
-                pieces: pieces.clone(),
-                density: 500.0,
-                friction: 0.5,
-                handling,
-                look,
-            }],
-            parts: vec![Part::free(0, BodyFrame::at([0.5, 0.0, 0.1])); 2],
-            fixtures: vec![Fixture {
-                frame: BodyFrame::at([0.4, 0.0, 0.0]),
-                pieces,
-                friction: 0.5,
-                look,
-                movable: None,
-            }],
-            ..SceneSpec::default()
-        };
-        assert!(spec.check().is_ok());
-        let outline = Outline::of(&spec);
-        assert_eq!(outline.meshes.len(), 3 + JOINTS + 2);
-        for mesh in &outline.meshes {
-            assert!(!mesh.triangles.is_empty() && volume(mesh) > 1e-6, "{:?}", mesh.body);
-        }
-        for mesh in &outline.meshes[1..3] {
-            assert!((volume(mesh) - 4.8e-5).abs() < 1e-9, "{:?}", mesh.body);
-        }
-        assert_eq!((outline.parts, outline.kinds.len()), (vec![0, 0], 1));
-    }
 }

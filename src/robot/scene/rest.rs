@@ -6,7 +6,8 @@ use rapier3d::math::Vector;
 
 use super::Scene;
 use super::physics::CONTACT_M;
-use super::spec::{BodyKind, Fixture, Handling, Look, Part, Piece, SceneSpec, Slider, cuboid};
+use super::shapes::{Piece, cuboid};
+use super::spec::{BodyKind, Fixture, Handling, Look, Part, SceneSpec, Slider};
 use crate::robot::Pose;
 use crate::robot::arm::{BodyFrame, Turn};
 

@@ -1,34 +1,17 @@
-//! Collision shapes built from convex pieces.
+//! Convex pieces of bodies, and the collision shapes that they make.
 
 use rapier3d::geometry::{ColliderBuilder, SharedShape};
 use rapier3d::math::{Pose as Frame, Vector};
 
-use super::spec::{Fixture, Piece, TableSpec};
+/// A convex piece of a body: its corners in the body's frame, in metres.
+pub type Piece = Vec<[f64; 3]>;
 
-/// Returns the table and its rim.
-pub(crate) fn table(spec: &TableSpec) -> Vec<(Frame, SharedShape)> {
-    let [low, high] = spec.rim;
-    let middle = |i: usize| (low[i] + high[i]) / 2.0;
-    let half = |i: usize| (high[i] - low[i]) / 2.0;
-    let (thick, wall, height) = (0.02, 0.006, spec.rim_height_m / 2.0);
-    let block = |at: Vector, [x, y, z]: [f64; 3]| {
-        (Frame::from_translation(at), SharedShape::cuboid(x, y, z))
+/// Returns the eight corners of a box, given its middle and half its sizes.
+pub fn cuboid(middle: [f64; 3], half: [f64; 3]) -> Piece {
+    let corner = |n: usize| {
+        std::array::from_fn(|i| middle[i] + if n >> i & 1 == 0 { -half[i] } else { half[i] })
     };
-    let (x, y) = (middle(0), middle(1));
-    let mut table = vec![block(Vector::new(x, y, -thick), [half(0) + 0.02, half(1) + 0.02, thick])];
-    for side in [-1.0, 1.0] {
-        let at = Vector::new(x, y + side * (half(1) + wall), height);
-        table.push(block(at, [half(0) + 2.0 * wall, wall, height]));
-        let at = Vector::new(x + side * (half(0) + wall), y, height);
-        table.push(block(at, [wall, half(1) + 2.0 * wall, height]));
-    }
-    table
-}
-
-/// Returns a fixture's shapes with their frames in the scene.
-pub(crate) fn fixture(spec: &Fixture) -> impl Iterator<Item = (Frame, SharedShape)> {
-    let at = spec.frame.frame();
-    hulls(&spec.pieces).into_iter().map(move |shape| (at, shape))
+    (0..8).map(corner).collect()
 }
 
 /// Returns whether the physics can use a piece: its corners are finite and enclose a volume.

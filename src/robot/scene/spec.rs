@@ -4,21 +4,10 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::shapes::has_volume;
+use super::shapes::{Piece, has_volume};
 use crate::robot::Pose;
 use crate::robot::RobotError;
 use crate::robot::arm::{ArmSpec, BodyFrame, GripperSpec};
-
-/// A convex piece of a body: its corners in the body's frame, in metres.
-pub type Piece = Vec<[f64; 3]>;
-
-/// Returns the eight corners of a box, given its middle and half its sizes.
-pub fn cuboid(middle: [f64; 3], half: [f64; 3]) -> Piece {
-    let corner = |n: usize| {
-        std::array::from_fn(|i| middle[i] + if n >> i & 1 == 0 { -half[i] } else { half[i] })
-    };
-    (0..8).map(corner).collect()
-}
 
 /// The look of a body in pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

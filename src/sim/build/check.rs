@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::graph::Graph;
 use super::layout::{self, Checked, CheckedNode};
 use crate::sim::describe::builder::GraphBuilder;
-use crate::sim::describe::draft::{Body, Draft, EdgeDraft, NodeDraft};
+use crate::sim::describe::draft::{Body, Draft, Edge, NodeDraft};
 use crate::sim::describe::fingerprint::Fingerprint;
 use crate::sim::describe::kind::Shape;
 use crate::sim::describe::lowering::{Lowering, PendingLayer};
@@ -286,7 +286,7 @@ fn fitting_outputs(nodes: &[NodeDraft], input: &InputDecl, name: &str) -> Vec<St
     found
 }
 
-fn check_edges(nodes: &[NodeDraft], edges: &[EdgeDraft], faults: &mut Vec<BuildError>) {
+fn check_edges(nodes: &[NodeDraft], edges: &[Edge], faults: &mut Vec<BuildError>) {
     let fed: Vec<(usize, usize)> = edges.iter().map(|e| e.to).collect();
     for edge in edges {
         let (from_node, to_node) = (&nodes[edge.from.0], &nodes[edge.to.0]);
@@ -385,11 +385,7 @@ fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
 
 /// Returns the order in which nodes emit. Each node comes after the nodes whose outputs it reads in the same tick.
 /// Nodes that could come in either order are sorted by path. Reports a fault for each loop.
-fn emit_order(
-    nodes: &[CheckedNode],
-    edges: &[EdgeDraft],
-    faults: &mut Vec<BuildError>,
-) -> Vec<usize> {
+fn emit_order(nodes: &[CheckedNode], edges: &[Edge], faults: &mut Vec<BuildError>) -> Vec<usize> {
     let mut after: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     let mut before: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     for edge in edges {

@@ -5,6 +5,7 @@ use std::any::Any;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use crate::sim::describe::draft::Edge;
 use crate::sim::describe::handle::{Out, PortRef};
 use crate::sim::describe::io::{OutSlot, Slot};
 use crate::sim::describe::kind::Kind;
@@ -125,13 +126,6 @@ pub(crate) struct WorldPlan {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct EdgeInfo {
-    pub from: (usize, usize),
-    pub to: (usize, usize),
-    pub via: Synapse,
-}
-
-#[derive(Debug, Clone, Copy)]
 pub(crate) struct Sizes {
     pub signals: usize,
     pub registered: usize,
@@ -171,7 +165,7 @@ pub struct Graph {
     /// Nodes whose spikes are recorded.
     pub(crate) spike_probes: Vec<usize>,
     pub(crate) world: Option<WorldPlan>,
-    pub(crate) edges: Vec<EdgeInfo>,
+    pub(crate) edges: Vec<Edge>,
     pub(crate) sizes: Sizes,
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,

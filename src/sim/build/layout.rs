@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::graph::{
-    EdgeInfo, FilterPlan, GatherPlan, Graph, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes,
-    Source, WorldPlan,
+    FilterPlan, GatherPlan, Graph, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes, Source,
+    WorldPlan,
 };
-use crate::sim::describe::draft::{EdgeDraft, ProbeDraft};
+use crate::sim::describe::draft::{Edge, ProbeDraft};
 use crate::sim::describe::fingerprint::Fingerprint;
 use crate::sim::describe::io::{OutSlot, Slot};
 use crate::sim::describe::node::Node;
@@ -34,7 +34,7 @@ pub(crate) struct Checked {
     /// Sorted by path.
     pub nodes: Vec<CheckedNode>,
     /// Sorted by target, then by source.
-    pub edges: Vec<EdgeDraft>,
+    pub edges: Vec<Edge>,
     pub probes: Vec<ProbeDraft>,
     pub spike_probes: Vec<usize>,
     pub ranks: Option<Ranks>,
@@ -103,7 +103,7 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
     if largest > LIMIT {
         return Err(BuildError::TooLarge { numbers: largest, limit: LIMIT });
     }
-    let edge = |e: &EdgeDraft| EdgeInfo {
+    let edge = |e: &Edge| Edge {
         from: (rank[e.from.0], e.from.1),
         to: (rank[e.to.0], e.to.1),
         via: e.via,

@@ -5,7 +5,7 @@ use std::panic::Location;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::draft::{Body, Draft, EdgeDraft, NodeDraft, ProbeDraft};
+use super::draft::{Body, Draft, Edge, NodeDraft, ProbeDraft};
 use super::find;
 use super::handle::{In, NodePorts, Out, PortRef, Ports};
 use super::kind::{Kind, Pointer, Space, VocabTag};
@@ -139,7 +139,7 @@ impl GraphBuilder {
         let from = self.resolve(&from.port, "output");
         let to = self.resolve(&to.port, "input");
         match (from, to) {
-            (Some(from), Some(to)) => self.draft.edges.push(EdgeDraft { from, to, via }),
+            (Some(from), Some(to)) => self.draft.edges.push(Edge { from, to, via }),
             (None, Some(to)) => self.draft.excused.push(to),
             (_, None) => {}
         }

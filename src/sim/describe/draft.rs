@@ -21,7 +21,7 @@ pub(crate) struct Draft {
     /// Line of the program that added the node at each scope's own path, with [`Scope::leaf`](crate::sim::Scope::leaf).
     pub leaves: HashMap<String, &'static Location<'static>>,
     pub nodes: Vec<NodeDraft>,
-    pub edges: Vec<EdgeDraft>,
+    pub edges: Vec<Edge>,
     /// Inputs connected to a faulty output. The fault of the output is reported, so these inputs do not count as
     /// unconnected.
     pub excused: Vec<(usize, usize)>,
@@ -50,7 +50,7 @@ pub(crate) struct NodeDraft {
 
 /// A connection from an output to an input. Both ends are (node, port) indices.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct EdgeDraft {
+pub(crate) struct Edge {
     pub from: (usize, usize),
     pub to: (usize, usize),
     pub via: Synapse,

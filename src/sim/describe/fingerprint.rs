@@ -65,30 +65,3 @@ impl Fingerprint {
         self.0
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn order_length_and_sign_matter() {
-        let of = |parts: &[&[Real]]| {
-            let mut hash = Fingerprint::default();
-            parts.iter().for_each(|part| {
-                hash.reals(part);
-            });
-            hash.value()
-        };
-        let all = [
-            of(&[&[1.0, 2.0]]),
-            of(&[&[2.0, 1.0]]),
-            of(&[&[1.0], &[2.0]]),
-            of(&[&[1.0, -2.0]]),
-            of(&[&[-1.0, -2.0]]),
-            of(&[&[]]),
-        ];
-        for (i, a) in all.iter().enumerate() {
-            assert!(all[i + 1..].iter().all(|b| a != b), "{i}");
-        }
-    }
-}

@@ -16,7 +16,7 @@ use ::mpi::{Tag, Threading};
 use thiserror::Error;
 
 use super::ends::{End, Failure, verdict};
-use super::ranks::{Exchange, ExchangeFault, Lengths, Ranks, launched};
+use super::ranks::{Exchange, ExchangeFault, Launched, Lengths, Ranks, launched};
 use crate::sim::real::Real;
 
 /// MPI for the time of a program.
@@ -118,7 +118,8 @@ impl MpiSession {
             return Err(MpiStartError::Apart { launched, joined });
         }
         let ends = Arc::<Mutex<Ends>>::default();
-        let ranks = Ranks::new(Mpi { rank, ranks: joined, ends: ends.clone() });
+        let place = Launched { rank, processes: joined };
+        let ranks = Ranks::new(place, Mpi { ends: ends.clone() });
         Ok(Self { ranks, ends, universe: Some(universe) })
     }
 
@@ -272,20 +273,10 @@ impl Ends {
 
 /// The exchange by `MPI_Allgatherv`.
 struct Mpi {
-    rank: usize,
-    ranks: usize,
     ends: Arc<Mutex<Ends>>,
 }
 
 impl Exchange for Mpi {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-
-    fn ranks(&self) -> usize {
-        self.ranks
-    }
-
     fn all_gather(
         &mut self,
         own: &[Real],

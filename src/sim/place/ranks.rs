@@ -10,12 +10,6 @@ use crate::sim::real::Real;
 
 /// How the processes of a run exchange values. The feature `mpi` implements it for MPI.
 pub trait Exchange: Send {
-    /// Returns the number of this process, counted from 0.
-    fn rank(&self) -> usize;
-
-    /// Returns the number of processes.
-    fn ranks(&self) -> usize;
-
     /// Sends `own` to all processes and fills `all` with the values of all processes, in the order of their ranks.
     /// Process `r` sends `lengths.counts()[r]` values. Every process calls this method equally often. Must not allocate
     /// after a first call with the same lengths.
@@ -115,9 +109,9 @@ impl PartialEq for Ranks {
 }
 
 impl Ranks {
-    /// Takes the rank that `exchange` has.
-    pub fn new(exchange: impl Exchange + 'static) -> Self {
-        let (rank, ranks) = (exchange.rank(), exchange.ranks());
+    /// Makes the rank of a process that exchanges values by `exchange`.
+    pub fn new(place: Launched, exchange: impl Exchange + 'static) -> Self {
+        let Launched { rank, processes: ranks } = place;
         let exchange: Box<dyn Exchange> = Box::new(exchange);
         let (exchange, told) = (Arc::new(Mutex::new(exchange)), Arc::default());
         Self { rank, ranks, exchange, events: false, told }
@@ -139,7 +133,8 @@ impl Ranks {
             }),
             turn: Condvar::new(),
         });
-        (0..ranks).map(|rank| Self::new(Local { rank, ranks, table: table.clone() })).collect()
+        let places = (0..ranks).map(|rank| Launched { rank, processes: ranks });
+        places.map(|place| Self::new(place, Local { place, table: table.clone() })).collect()
     }
 
     /// Returns the number of this process, counted from 0.
@@ -226,17 +221,17 @@ impl Ranks {
 /// Number of values in which a process tells the reason for a fault, four bytes each.
 const REASON: usize = 64;
 
-/// This process among those that a launcher started, as the launcher's variables tell: those of Open MPI, of MPICH and its
-/// kin, and of `srun` for either.
+/// A process among those that run one graph together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Launched {
-    /// Number of this process, counted from 0.
+    /// Number of the process, counted from 0.
     pub rank: usize,
     /// Number of processes; 1 without a launcher.
     pub processes: usize,
 }
 
-/// Returns the place of this process among those that a launcher started.
+/// Returns the place of this process among those that a launcher started, as the launcher's variables tell: those of Open
+/// MPI, of MPICH and its kin, and of `srun` for either.
 pub fn launched() -> Launched {
     let number = |name: &str| std::env::var(name).ok()?.parse().ok();
     [
@@ -253,8 +248,7 @@ pub fn launched() -> Launched {
 
 /// The exchange of threads that stand for processes.
 struct Local {
-    rank: usize,
-    ranks: usize,
+    place: Launched,
     table: Arc<Table>,
 }
 
@@ -279,14 +273,6 @@ impl Table {
 }
 
 impl Exchange for Local {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-
-    fn ranks(&self) -> usize {
-        self.ranks
-    }
-
     fn all_gather(
         &mut self,
         own: &[Real],
@@ -295,11 +281,11 @@ impl Exchange for Local {
     ) -> Result<(), ExchangeFault> {
         let mut round = self.table.lock();
         let number = round.number;
-        let sent = &mut round.sent[self.rank][number % 2];
+        let sent = &mut round.sent[self.place.rank][number % 2];
         sent.clear();
         sent.extend_from_slice(own);
         round.arrived += 1;
-        if round.arrived == self.ranks {
+        if round.arrived == self.place.processes {
             round.arrived = 0;
             round.number += 1;
             self.table.turn.notify_all();
@@ -326,7 +312,7 @@ impl Exchange for Local {
 impl Drop for Local {
     fn drop(&mut self) {
         let mut round = self.table.lock();
-        round.ended = round.ended.or(Some(self.rank));
+        round.ended = round.ended.or(Some(self.place.rank));
         self.table.turn.notify_all();
     }
 }
@@ -368,15 +354,6 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_one_is_the_end_of_all() {
-        let mut group = Ranks::in_process(2);
-        drop(group.pop());
-        let lengths = Lengths::new([1, 1]).expect("small");
-        let fault = group[0].all_gather(&[1.0], &lengths, &mut [0.0; 2]).expect_err("alone");
-        assert_eq!(fault.to_string(), "rank 1 has ended");
-    }
-
-    #[test]
     fn reasons_are_cut_between_letters() {
         let group = Ranks::in_process(2);
         let long = format!("x{}", "ä".repeat(200));
@@ -392,17 +369,5 @@ mod tests {
         for reasons in found {
             assert_eq!(reasons, [String::new(), format!("x{}", "ä".repeat(127))]);
         }
-    }
-
-    #[test]
-    fn a_rank_that_built_something_else_is_found() {
-        let group = Ranks::in_process(3);
-        let found: Vec<_> = std::thread::scope(|scope| {
-            let ask = |ranks: &Ranks| ranks.differs(if ranks.rank() == 1 { 7 } else { 8 });
-            let threads: Vec<_> =
-                group.iter().map(|ranks| scope.spawn(move || ask(ranks))).collect();
-            threads.into_iter().map(|t| t.join().expect("no panic")).collect()
-        });
-        assert_eq!(found, [Ok(Some(1)), Ok(Some(0)), Ok(Some(1))]);
     }
 }

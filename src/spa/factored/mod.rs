@@ -10,7 +10,7 @@
 
 mod kernel;
 
-use super::error::VocabError;
+use super::error::{VocabError, check_rows};
 use crate::sim::Real;
 use kernel::{ATOMS, Group, ITEMS};
 
@@ -57,18 +57,7 @@ impl FactoredItems {
         items: impl IntoIterator<Item = Vec<(usize, Real)>>,
     ) -> Result<Self, VocabError> {
         let bad = |reason: String| VocabError::BadVector { name: "factored items".into(), reason };
-        if dim == 0 || !atoms.len().is_multiple_of(dim) {
-            return Err(bad(format!(
-                "{} numbers for atoms of {dim} dimensions; expected whole vectors of at least 1 dimension",
-                atoms.len()
-            )));
-        }
-        if let Some(at) = atoms.iter().position(|v| !v.is_finite()) {
-            let (atom, at, value) = (at / dim, at % dim, atoms[at]);
-            return Err(bad(format!(
-                "component {at} of atom {atom} is {value}; expected a finite number"
-            )));
-        }
+        check_rows("factored items", "atom", &atoms, dim)?;
         let count = atoms.len() / dim;
         if count > MOST_ATOMS {
             return Err(bad(format!("{count} atoms; expected at most {MOST_ATOMS}")));

@@ -1,10 +1,11 @@
 //! The kinds of values that expressions compute with: scalars, vectors, and pointers of a vocabulary.
 
+use crate::neurons::GatePorts;
 use crate::sim::{
     In, InputSpec, Kind, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse, Vector,
     VocabTag,
 };
-use crate::spa::modules::{Gate, GatePorts, Multiply, Weigh};
+use crate::spa::modules::{Gate, Multiply, Weigh};
 
 /// Settings of the gates of pointers.
 #[doc(hidden)]

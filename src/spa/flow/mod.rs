@@ -80,6 +80,3 @@ pub use operators::{flow_operators, flow_ports};
 pub use route::{Route, Routes, Sink};
 pub use rules::{Rule, Rules, RulesPorts};
 pub use transforms::FlowExt;
-
-#[cfg(test)]
-mod tests;

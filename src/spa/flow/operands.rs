@@ -3,11 +3,9 @@
 use super::expression::{Flow, IntoFlow, Level};
 use super::kinds::FlowKind;
 use super::operators::{flow_operators, flow_ports};
-use crate::neurons::EnsemblePorts;
+use crate::neurons::{BilinearPorts, EnsemblePorts, GatePorts};
 use crate::sim::{Out, Pointer, PointerRef, Ports, Real, Scalar, Vector, VocabTag};
-use crate::spa::modules::{
-    BilinearPorts, GatePorts, MemoryPorts, SuperposePorts, UnbindPorts, WeighPorts,
-};
+use crate::spa::modules::{MemoryPorts, SuperposePorts, UnbindPorts, WeighPorts};
 use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Name;
 

@@ -23,7 +23,8 @@ mod kernel;
 pub(crate) use kernel::dots;
 use kernel::{GROUP, Hit, LINE, Line, OFFSET, QUERY_MAX, ROW_MAX, RowFacts, Screening};
 
-use super::error::VocabError;
+use super::algebra::norm;
+use super::error::{VocabError, check_rows};
 use crate::sim::Real;
 
 /// A stored vector that a search found.
@@ -88,24 +89,11 @@ impl ItemMemory {
     /// [`VocabError::BadVector`] if `dim` is out of range, `rows` is not a whole number of vectors, or a component is
     /// not finite.
     pub fn new(rows: Vec<Real>, dim: usize) -> Result<Self, VocabError> {
-        let bad = |reason: String| VocabError::BadVector { name: "item memory".into(), reason };
         if dim > MAX_DIM {
-            return Err(bad(format!("{dim} dimensions per vector; expected 1 to {MAX_DIM}")));
+            let reason = format!("{dim} dimensions per vector; expected 1 to {MAX_DIM}");
+            return Err(VocabError::BadVector { name: "item memory".into(), reason });
         }
-        if dim == 0 || !rows.len().is_multiple_of(dim) {
-            return Err(bad(format!(
-                "{} numbers for vectors of {dim} dimensions; expected whole vectors of at least 1 dimension",
-                rows.len()
-            )));
-        }
-        if let Some(at) = rows.iter().position(|v| !v.is_finite()) {
-            return Err(bad(format!(
-                "component {} of vector {} is {}; expected a finite number",
-                at % dim,
-                at / dim,
-                rows[at]
-            )));
-        }
+        check_rows("item memory", "vector", &rows, dim)?;
         let lines = dim.div_ceil(LINE);
         let mut codes = vec![Line::filled(OFFSET as i8); rows.len() / dim * lines];
         let mut facts = Vec::with_capacity(rows.len() / dim);
@@ -113,7 +101,7 @@ impl ItemMemory {
             let quantised = quantise(row, Real::from(ROW_MAX), |at, value| {
                 code[at / LINE].0[at % LINE] = (value + OFFSET) as i8;
             });
-            facts.push(RowFacts { step: quantised.step, norm: length(row), rest: quantised.rest });
+            facts.push(RowFacts { step: quantised.step, norm: norm(row), rest: quantised.rest });
         }
         Ok(Self { dim, rows, codes, lines, facts })
     }
@@ -247,7 +235,7 @@ impl ItemMemory {
             code[at / LINE].0[at % LINE] = value as i8;
             sum += i32::from(value);
         });
-        let full = length(query);
+        let full = norm(query);
         Some(Screen {
             code,
             bias: i32::from(OFFSET) * sum,
@@ -333,83 +321,4 @@ fn quantise(values: &[Real], most: Real, mut put: impl FnMut(usize, i16)) -> Qua
         rest += left * left;
     }
     Quantised { step, rest: rest.sqrt() as Real * 1.000_001 }
-}
-
-fn length(values: &[Real]) -> Real {
-    values.iter().map(|v| f64::from(*v) * f64::from(*v)).sum::<f64>().sqrt() as Real
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sim::Seed;
-    use crate::spa::random_pointer;
-
-    fn memory(items: u64, dim: usize) -> ItemMemory {
-        let rows = (0..items).flat_map(|i| random_pointer(dim, Seed::new(i))).collect();
-        match ItemMemory::new(rows, dim) {
-            Ok(memory) => memory,
-            Err(error) => panic!("{error}"),
-        }
-    }
-
-    fn brute_force(memory: &ItemMemory, query: &[Real]) -> Option<usize> {
-        let mut all = vec![0.0; memory.len()];
-        memory.similarities_into(query, &mut all);
-        (0..all.len()).max_by(|a, b| all[*a].total_cmp(&all[*b]).then(b.cmp(a)))
-    }
-
-    #[test]
-    fn the_screened_answer_is_the_exact_one() {
-        let mut checked = 0;
-        for (items, dim) in [(1, 2), (7, 3), (500, 64), (999, 127), (400, 128), (300, 257)] {
-            let memory = memory(items, dim);
-            let mut queries = Vec::new();
-            for i in 0..50 {
-                // Pure noise and noisy items, at three scales.
-                let noise = random_pointer(dim, Seed::new(90_000 + i));
-                let item = memory.row(i as usize % memory.len()).unwrap_or(&noise);
-                let scale = [1.0, 1e-20, 1e15][i as usize % 3];
-                let mix = [0.0, 0.5, 3.0][i as usize / 17];
-                queries.extend(item.iter().zip(&noise).map(|(x, n)| scale * (mix * x + n)));
-            }
-            let batch = memory.best_batch(&queries);
-            for (query, found) in queries.chunks_exact(dim).zip(&batch) {
-                let single = memory.best(query);
-                assert_eq!(single, *found);
-                assert_eq!(found.map(|f| f.index), brute_force(&memory, query));
-                checked += 1;
-            }
-        }
-        assert_eq!(checked, 300);
-    }
-
-    #[test]
-    fn of_equal_items_the_first_is_found() {
-        let one = random_pointer(100, Seed::new(1));
-        let other = random_pointer(100, Seed::new(2));
-        let rows = [&other[..], &one[..], &one[..]].concat();
-        let memory = ItemMemory::new(rows, 100);
-        assert_eq!(memory.map(|m| m.best(&one).map(|f| f.index)), Ok(Some(1)));
-    }
-
-    #[test]
-    fn a_query_that_is_no_number_finds_nothing() {
-        let memory = memory(10, 16);
-        let mut query = random_pointer(16, Seed::new(1));
-        query[3] = Real::NAN;
-        assert_eq!(memory.best(&query), None);
-        assert!(ItemMemory::new(query, 16).is_err());
-        assert!(ItemMemory::new(vec![0.0; 5], 2).is_err());
-        assert_eq!(ItemMemory::new(Vec::new(), 2).map(|m| m.best(&[1.0, 0.0])), Ok(None));
-    }
-
-    #[test]
-    fn zero_vectors_are_harmless() {
-        let memory = ItemMemory::new(vec![0.0; 12], 4);
-        assert_eq!(
-            memory.map(|m| m.best(&[0.0; 4])),
-            Ok(Some(Match { index: 0, similarity: 0.0 }))
-        );
-    }
 }

@@ -5,8 +5,7 @@
 use super::FEED_FORWARD;
 use super::linear::Linear;
 use super::maps::{Rows, Spread};
-use super::ports::BilinearPorts;
-use crate::neurons::{Layers, Product};
+use crate::neurons::{BilinearPorts, Layers, Product};
 use crate::sim::{
     In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
     Vector, VocabTag,

@@ -10,7 +10,7 @@ use super::FEED_FORWARD;
 use super::bilinear::Bilinear;
 use super::linear::Linear;
 use super::maps::Inverse;
-use super::ports::BilinearPorts;
+use crate::neurons::BilinearPorts;
 use crate::sim::{
     In, InputSpec, Module, Out, OutputSpec, Pointer, Scope, Space, Synapse, VocabTag,
 };

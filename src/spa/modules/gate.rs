@@ -1,8 +1,7 @@
 //! A gate: lets a pointer pass while a scalar is 1, and silences it while the scalar is 0.
 
-use super::ports::GatePorts;
 use super::{FEED_FORWARD, population};
-use crate::neurons::{GatedPorts, Layers};
+use crate::neurons::{GatePorts, Layers};
 use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
@@ -93,7 +92,7 @@ impl<V: VocabTag> Module for Gate<V> {
 
     fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
         let layer = population(&self.space, self.radius).inhibition(self.inhibition);
-        let gated: GatedPorts<Pointer<V>> = scope.represent_gated("population", layer);
+        let gated: GatePorts<Pointer<V>> = scope.represent_gated("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&gated.output, &output.input, self.synapse);
         GatePorts {

@@ -1,11 +1,9 @@
 //! A goal buffer: a memory that stores its input while its gate is open and holds it afterwards.
 
-use super::ports::GatePorts;
 use super::weighted_sum::Superpose;
 use super::{FEED_FORWARD, Gate, RECURRENT, population};
-use crate::neurons::Layers;
-use crate::sim::Ports;
-use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
+use crate::neurons::{GatePorts, Layers};
+use crate::sim::{Add, Module, Pointer, Ports, Real, Scope, Space, Synapse, VocabTag};
 use crate::spa::vocabulary::Vocabulary;
 
 /// A gated memory for one pointer. Its input takes one connection; while `open` is 1 it is stored, while `open` is 0 the

@@ -193,6 +193,3 @@ impl<V: VocabTag> Vocabulary<V> {
         self.content.parse(text)
     }
 }
-
-#[cfg(test)]
-mod tests;

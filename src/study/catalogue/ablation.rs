@@ -192,31 +192,3 @@ impl Experiment for Ablation {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Returns the rate of accepted decisions of a variant.
-    fn accepted(change: &str, to: &str) -> f64 {
-        let experiment = Ablation::new(&Options::default());
-        let cells = experiment.cells();
-        let cell = cells.iter().find(|cell| cell.is("change", change) && cell.is("to", to));
-        let cell = cell.expect("a variant");
-        let (mut right, mut of) = (0.0, 0.0);
-        for trial in 0..6 {
-            let seed = Seed::new(1).derive_index("trial", trial);
-            let [own, all, ..] = experiment.trial(cell, seed).expect("runs");
-            right += own;
-            of += all;
-        }
-        right / of
-    }
-
-    #[test]
-    fn the_whole_planner_is_always_right_and_without_its_gate_it_acts_too_soon() {
-        assert_eq!(accepted("without", "nothing (direct)"), 1.0);
-        assert!(accepted("without", "gate (direct)") < 0.8);
-        assert_eq!(accepted("unbinding", "products (direct)"), 1.0);
-    }
-}

@@ -210,36 +210,3 @@ pub trait Experiment: Send + Sync {
 
 /// Maximum number of trials of a cell. Trials are held in memory, 72 bytes each.
 pub const MAX_TRIALS: u64 = 100_000;
-
-#[cfg(test)]
-mod tests {
-    use serde_json::json;
-
-    use super::*;
-
-    #[test]
-    fn a_cell_is_named_by_its_settings_and_says_which_one_it_lacks() {
-        let cell = Cell::new(json!({"gate": "out", "noise": 0.5}), 1, vec![]);
-        assert_eq!(cell.to_string(), "gate = out, noise = 0.5");
-        assert_eq!(Cell::new(json!({}), 1, vec![]).to_string(), "without settings");
-        assert_eq!(cell.choice("gate", &[("in", 1), ("out", 2)]).ok(), Some(2));
-        assert_eq!(cell.number("noise").ok(), Some(0.5));
-        let faults = [
-            cell.choice("gate", &[("in", 1), ("shut", 2)]).err(),
-            cell.choice("noise", &[("in", 1)]).err(),
-            cell.number("gate").err(),
-            cell.number("sigma").err(),
-        ];
-        let faults = faults.map(|fault| fault.map(|error| error.to_string()).unwrap_or_default());
-        let of_cell = "of the cell `gate = out, noise = 0.5` that is";
-        assert_eq!(
-            faults,
-            [
-                format!("`gate` is not a setting {of_cell} one of `in`, `shut`"),
-                format!("`noise` is not a setting {of_cell} one of `in`"),
-                format!("`gate` is not a setting {of_cell} a number"),
-                format!("`sigma` is not a setting {of_cell} a number"),
-            ]
-        );
-    }
-}

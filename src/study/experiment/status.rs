@@ -389,27 +389,6 @@ mod tests {
     }
 
     #[test]
-    fn without_any_journal_all_trials_of_the_plan_are_missing() {
-        let plan = || {
-            let cells =
-                vec![Cell::new(json!({"a": 1}), 5, vec![]), Cell::new(json!({"a": 2}), 2, vec![])];
-            Ok(Plan { seed: Seed::new(3), cells })
-        };
-        let folders = ["none/x-2-of-3".into(), "none/y".into()];
-        let status = Status::read("coin", &folders, plan).expect("a status");
-        assert_eq!((status.done(), status.trials(), status.is_complete()), (0, 7, false));
-        let shards: Vec<Option<String>> =
-            status.shards.iter().map(|shard| shard.shard.map(|shard| shard.to_string())).collect();
-        assert_eq!(shards, [Some("1/3".into()), Some("2/3".into()), Some("3/3".into()), None]);
-        let of_second: Vec<&[u64]> =
-            status.shards[1].missing.iter().map(|missing| &missing.trials[..]).collect();
-        assert_eq!(of_second, [&[1, 4][..], &[1]]);
-        assert_eq!(status.cells[1].missing, [0, 1]);
-        assert_eq!(status.rerun().expect("a common number").len(), 3);
-        assert_eq!(status.to_json()["rerun"], json!([1, 2, 3]));
-    }
-
-    #[test]
     fn a_shard_without_trials_is_nothing_to_wait_for() {
         let done = vec![vec![true, true]];
         let found: [(&Path, Found); 1] = [(Path::new("a-1-of-9"), Found::Absent)];

@@ -77,19 +77,3 @@ pub fn breakfast(wanted: Breakfast) -> Result<PlanningProblem, TaskError> {
     );
     PlanningProblem::parse(DOMAIN, &problem)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::study::problems::Distance;
-
-    #[test]
-    fn breakfasts_have_their_sizes_and_lengths() {
-        for (name, wanted) in Breakfast::ALL {
-            let made = breakfast(wanted).expect("a problem");
-            let size = (made.grounded.fluents.len(), made.grounded.operators.len());
-            assert_eq!(size, (18, 14), "{name}");
-            assert_eq!(made.distance(100_000), Distance::Steps(wanted.shortest()), "{name}");
-        }
-    }
-}

@@ -103,31 +103,3 @@ fn falling_to(target: f64, [mut low, mut high]: [f64; 2], value: impl Fn(f64) ->
     }
     (low + high) / 2.0
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn variances_are_those_of_the_formulas() {
-        let spec = WorldSpec::default();
-        let of = |dimensions, roles| predicted(&spec, dimensions, Method::Sum(roles)).variance;
-        for dim in [256, 500, 1000] {
-            let d = dim as f64;
-            assert!((of(dim, Roles::Gaussian) - 33.0 / d).abs() < 1e-9);
-            assert!((of(dim, Roles::Unitary) - 21.0 / d).abs() < 1e-9);
-            assert!((of(dim, Roles::Frame) - 21.0 / d * (1.0 - d / 1250.0)).abs() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn noise_meets_both_atoms_of_a_match() {
-        // Hardly any further atoms, and no crosstalk.
-        let spec = WorldSpec { each: 1e-9, ..WorldSpec::default() };
-        let method = Method::Joint { roles: Roles::Unitary, level: 0.5, noise: 0.25 };
-        let found = predicted(&spec, 1 << 40, method).recall;
-        let met = |atoms: f64| tail(-0.5 / (0.25 * atoms.sqrt())).powi(2);
-        assert!((found - met(2.0)).abs() < 1e-6, "{found}");
-        assert!((met(1.0) - met(2.0)).abs() > 0.1);
-    }
-}

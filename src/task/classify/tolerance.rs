@@ -251,18 +251,4 @@ mod tests {
         assert_eq!(up_axis([table(1), table(2)].into_iter()), None);
         assert_eq!(up_axis([[true, true, false]].into_iter()), None);
     }
-
-    #[test]
-    fn an_offset_is_said_in_words() {
-        let said = |off_m: f64, high_m: f64, degrees: f64| {
-            Offset { off_m, high_m, off_rad: degrees.to_radians() }.in_words()
-        };
-        assert_eq!(said(2.6e-3, 2.6e-3, 10.0), "2.6 mm too high and tilted by 10 degrees");
-        assert_eq!(
-            said(5e-3, -4e-3, 20.0),
-            "4.0 mm too low, 3.0 mm aside and tilted by 20 degrees"
-        );
-        assert_eq!(said(2e-4, 0.0, 0.0), "0.2 mm off");
-        assert_eq!(said(0.0, 0.0, 12.0), "tilted by 12 degrees");
-    }
 }

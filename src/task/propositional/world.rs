@@ -90,21 +90,3 @@ impl fmt::Debug for WorldState {
         write!(f, "WorldState({holds:?} of {})", self.states())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_world_is_the_set_of_states_that_hold() {
-        let mut world: WorldState = [true, false, true].into_iter().collect();
-        assert_eq!((world.states(), world.len()), (3, 2));
-        assert_eq!(world.iter().map(StateId::index).collect::<Vec<_>>(), [0, 2]);
-        world.remove(StateId::new(0));
-        world.insert(StateId::new(1));
-        assert_eq!(world.flags(), [false, true, true]);
-        assert!(!world.holds(StateId::new(7)) && !world.is_empty());
-        assert!(WorldState::empty(2).is_empty());
-        assert_eq!(format!("{world:?}"), "WorldState([1, 2] of 3)");
-    }
-}

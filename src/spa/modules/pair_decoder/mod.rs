@@ -319,6 +319,3 @@ impl<V: VocabTag> Node for Read<V> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

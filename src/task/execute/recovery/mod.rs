@@ -51,25 +51,3 @@ fn detours(plight: &Plight<'_>) -> Vec<Detour> {
     }
     all
 }
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn every_recovery_of_the_folder_stands_in_the_ladder() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/task/execute/recovery");
-        let entries = std::fs::read_dir(folder).expect("the folder is there");
-        let names = entries.map(|e| e.expect("readable").file_name().into_string().expect("text"));
-        let rest = ["mod", "attempts", "begin", "places", "plight", "rung"]
-            .map(|name| format!("{name}.rs"));
-        let text = include_str!("mod.rs");
-        let ladder = text.split("const LADDER").nth(1).and_then(|t| t.split("];").next());
-        let ladder = ladder.expect("there is a ladder");
-        let mut count = 0;
-        for name in names.filter(|name| !rest.contains(name)) {
-            let own = name.strip_suffix(".rs").expect("a file of Rust");
-            assert!(ladder.contains(&format!("&{own}::")), "{own} is in no rung");
-            count += 1;
-        }
-        assert_eq!(count, 6);
-    }
-}

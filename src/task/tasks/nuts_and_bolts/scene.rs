@@ -85,36 +85,3 @@ pub(super) fn spec(settings: &NutsAndBolts, seed: Seed) -> Result<SceneSpec, Tas
         step_ms: *step_ms,
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::robot::scene::{Body, Outline};
-
-    #[test]
-    fn the_surface_of_a_nut_has_the_volume_of_a_hexagon_with_a_hole() {
-        let settings = NutsAndBolts::default();
-        let spec = spec(&settings, Seed::new(1)).expect("it can be drawn");
-        assert!(spec.check().is_ok());
-        let outline = Outline::of(&spec);
-        let nut = outline.meshes.iter().find(|m| m.body == Body::Kind(NUT)).expect("there");
-        let at = |corner: u32| nut.vertices[corner as usize].map(f64::from);
-        let volume: f64 = (nut.triangles.iter())
-            .map(|triangle| {
-                let [a, b, c] = triangle.map(at);
-                let [x, y, z] = crate::robot::arm::vector::cross(b, c);
-                (a[0] * x + a[1] * y + a[2] * z) / 6.0
-            })
-            .sum();
-        // 30 mm across flats outside, 19.2 mm inside, 16 mm high.
-        let expected = 3f64.sqrt() / 2.0 * (0.030f64.powi(2) - 0.0192f64.powi(2)) * 0.016;
-        assert!((volume - expected).abs() < 1e-3 * expected, "{volume} {expected}");
-    }
-
-    #[test]
-    fn the_same_seed_gives_the_same_scene_and_another_seed_another() {
-        let draw = |seed| spec(&NutsAndBolts::default(), Seed::new(seed)).expect("it can be drawn");
-        assert_eq!(draw(1), draw(1));
-        assert_ne!(draw(1).parts, draw(2).parts);
-    }
-}

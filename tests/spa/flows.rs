@@ -1,11 +1,17 @@
-use super::{FlowExt, Routes, Rules};
-use crate::neurons::{LifSpec, Population, PopulationPlan};
-use crate::sim::{
+//! Expressions of outputs, the rules that route them, and the nodes that they become.
+
+#![allow(clippy::unwrap_used)]
+
+use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::sim::{
     Constant, GraphBuilder, RunConfig, Seed, SimDuration, Simulator, Timebase, VocabTag,
 };
-use crate::spa::{Hrr, State, Vocabulary, VocabularyBuilder, Vtb, cosine, dot};
+use symbolt::spa::{
+    FlowExt, Hrr, Routes, Rules, State, Vocabulary, VocabularyBuilder, Vtb, cosine, dot,
+};
 
 struct Things;
+
 impl VocabTag for Things {
     const NAME: &'static str = "things";
 }

@@ -1,16 +1,22 @@
-use super::{Vocabulary, VocabularyBuilder};
-use crate::neurons::PopulationPlan;
-use crate::sim::{
-    Constant, GraphBuilder, RunConfig, Seed, SimDuration, Simulator, Synapse, Timebase, VocabTag,
+//! Vocabularies made from others: grown, united, cut down and translated.
+
+#![allow(clippy::unwrap_used)]
+
+use symbolt::neurons::PopulationPlan;
+use symbolt::sim::{
+    Constant, GraphBuilder, Real, RunConfig, Seed, SimDuration, Simulator, Synapse, Timebase,
+    VocabTag,
 };
-use crate::spa::{State, VocabError, cosine, dot};
+use symbolt::spa::{State, VocabError, Vocabulary, VocabularyBuilder, cosine, dot};
 
 struct Parts;
+
 impl VocabTag for Parts {
     const NAME: &'static str = "parts";
 }
 
 struct Words;
+
 impl VocabTag for Words {
     const NAME: &'static str = "words";
 }
@@ -127,4 +133,29 @@ fn the_identity_binds_without_change_and_zero_has_no_words() {
     assert_eq!(parts.describe(&parts.zero(), 0.1), "0");
     graph = graph.subset(["NUT"]).unwrap();
     assert_eq!(graph.describe(&graph.parse("-0.25 * NUT").unwrap(), 0.1), "-0.25 NUT");
+}
+
+/// Returns the sum of all squared similarities, over its least possible value.
+fn potential(rows: &[Real], dim: usize) -> f64 {
+    let all: Vec<&[Real]> = rows.chunks_exact(dim).collect();
+    let sum: f64 = all.iter().flat_map(|a| all.iter().map(|b| f64::from(dot(a, b)).powi(2))).sum();
+    let count = all.len() as f64;
+    sum / (count * count / dim as f64).max(count)
+}
+
+#[test]
+fn frames_reach_the_bound_of_welch_and_random_vectors_do_not() {
+    for (count, dim) in [(5, 4), (12, 8), (60, 24), (24, 24), (10, 24), (1, 6)] {
+        let names = || (0..count).map(|i| format!("N{i}"));
+        let build = |drawn: VocabularyBuilder<Parts>| drawn.any_similarity().build().unwrap();
+        let of = || VocabularyBuilder::<Parts>::new(dim, Seed::new(3));
+        let (frame, random) = (build(of().frame(names())), build(of().pointers(names())));
+        let (frame, random) = (frame.matrix(), random.matrix());
+        assert_eq!(frame.len(), count * dim);
+        let lengths = frame.chunks_exact(dim).map(|row| dot(row, row));
+        assert!(lengths.into_iter().all(|square| (square - 1.0).abs() < 1e-5));
+        let reached = potential(frame, dim);
+        assert!((reached - 1.0).abs() < 1e-4, "{count} rows of {dim}: {reached}");
+        assert!(count == 1 || potential(random, dim) > 1.05, "{count} rows of {dim}");
+    }
 }

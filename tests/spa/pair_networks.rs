@@ -1,14 +1,13 @@
-//! Tests of the pair decoder, in all modes.
+//! The network that decodes all pairs of a sum, in all modes.
 
 #![allow(clippy::unwrap_used)]
 
-use super::*;
-use crate::neurons::{LifSpec, Population, PopulationPlan};
-use crate::sim::{GraphBuilder, Seed, SimDuration};
-use crate::spa::flow::Routes;
-use crate::spa::{State, VocabularyBuilder};
+use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::sim::{GraphBuilder, Real, Seed, SimDuration, VocabTag};
+use symbolt::spa::{DecodePairs, Routes, State, VocabularyBuilder};
 
 struct Things;
+
 impl VocabTag for Things {
     const NAME: &'static str = "things";
 }
