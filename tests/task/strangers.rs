@@ -160,3 +160,27 @@ fn an_episode_counts_if_the_robot_ended_it_as_met_and_the_judge_agrees() {
     assert_eq!((tally.minimum_steps, tally.failures.len()), (1, 6));
     assert!(tally.failures.iter().any(|(index, _)| *index == 3));
 }
+
+#[test]
+#[cfg(feature = "physics")]
+fn a_demonstration_that_fails_says_at_which_move_and_which_number_rules_it_out() {
+    use symbolt::robot::arm::GripperSpec;
+    use symbolt::task::demonstrate;
+    use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
+
+    let of = |gripper: GripperSpec| {
+        let task = NutsAndBolts { gripper, ..NutsAndBolts::default() };
+        demonstrate(&task, 1, Seed::new(1)).expect("it can be tried")
+    };
+    let weak = of(GripperSpec { force_n: 0.2, friction: 0.1, ..GripperSpec::default() });
+    assert_eq!((weak.solved, weak.unsolved.len()), (0, 1));
+    let said = weak.unsolved[0].to_string();
+    assert!(said.starts_with("demonstration 1: "), "{said}");
+    assert!(
+        said.contains(" in move 1: ") && said.contains(" N, and two fingers of 0.2 N"),
+        "{said}"
+    );
+    // The strong hand does it, and nothing is said.
+    let strong = of(GripperSpec::default());
+    assert_eq!((strong.solved, strong.unsolved), (1, Vec::new()));
+}

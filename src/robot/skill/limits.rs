@@ -32,21 +32,21 @@ impl Scene {
         let grip = || {
             let force = format!("{} N at a friction of {friction}", gripper.force_n);
             if weight_n > holds_n {
-                format!("it weighs {weight_n:.3} N, and two fingers of {force} hold {holds_n:.3} N")
+                format!("it weighs {weight_n:.2} N, and two fingers of {force} hold {holds_n:.2} N")
             } else if weight_n > NEAR * holds_n {
                 format!(
-                    "it weighs {weight_n:.3} N, near the {holds_n:.3} N that two fingers of {force} hold"
+                    "it weighs {weight_n:.2} N, near the {holds_n:.2} N that two fingers of {force} hold"
                 )
             } else if gripper.force_n > SQUEEZED * weight_n {
                 format!(
-                    "two fingers of {} N squeeze {:.0} times its weight of {weight_n:.3} N, and can press it out \
+                    "two fingers of {} N squeeze {:.0} times its weight of {weight_n:.2} N, and can press it out \
                      of the hand",
                     gripper.force_n,
                     2.0 * gripper.force_n / weight_n
                 )
             } else {
                 format!(
-                    "it weighs {weight_n:.3} N, and two fingers of {force} hold {holds_n:.3} N: enough"
+                    "it weighs {weight_n:.2} N, and two fingers of {force} hold {holds_n:.2} N at rest"
                 )
             }
         };
@@ -54,7 +54,7 @@ impl Scene {
             SkillOutcome::Placed => "it was released at its target".into(),
             SkillOutcome::Dropped | SkillOutcome::Missed => grip(),
             SkillOutcome::Blocked => format!(
-                "the end effector was more than {} mm off its path; the part weighs {weight_n:.3} N",
+                "the end effector was more than {} mm off its path; the part weighs {weight_n:.2} N",
                 1e3 * arm.alarm_m
             ),
             SkillOutcome::Occupied => "another part is in the way at the target".into(),

@@ -58,19 +58,20 @@ pub struct FailedMove {
 
 impl fmt::Display for Unsolved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "demonstration {}", self.demonstration + 1)?;
+        write!(f, "demonstration {}: ", self.demonstration + 1)?;
         // The demonstrator tries again and again; the first and the last say enough.
-        let (first, last) =
-            (self.failed.first(), self.failed.last().filter(|_| self.failed.len() > 1));
-        for FailedMove { number, part, outcome, why } in first.into_iter().chain(last) {
-            write!(f, ", move {number} ({part}): {outcome}, {why}")?;
+        let last = self.failed.last().filter(|_| self.failed.len() > 1);
+        for (index, failed) in self.failed.first().into_iter().chain(last).enumerate() {
+            let FailedMove { number, part, outcome, why } = failed;
+            let between = if index > 0 { "; " } else { "" };
+            write!(f, "{between}{part} in move {number}: {outcome} ({why})")?;
         }
         if self.failed.is_empty() {
             let achieved = match self.achieved.is_empty() {
                 true => "nothing".into(),
                 false => self.achieved.join(", "),
             };
-            write!(f, ": every move placed its part, and the task's judge finds {achieved}")?;
+            write!(f, "every move placed its part, and the task's judge finds {achieved}")?;
         }
         Ok(())
     }
