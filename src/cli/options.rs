@@ -6,7 +6,8 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::Error;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::Population;
 use symbolt::sim::{Seed, VocabTag};
@@ -164,33 +165,15 @@ impl PlannerArgs {
     }
 }
 
-/// The learner's method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MethodArg {
-    Relational,
-    Paper,
-}
+/// The learner's methods by name.
+pub(crate) const METHODS: [(&str, Method); 2] =
+    [("relational", Method::Relational), ("paper", Method::Paper)];
 
-impl From<MethodArg> for Method {
-    fn from(method: MethodArg) -> Self {
-        match method {
-            MethodArg::Relational => Self::Relational,
-            MethodArg::Paper => Self::Paper,
-        }
-    }
-}
-
-impl MethodArg {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Relational => "relational",
-            Self::Paper => "paper",
-        }
-    }
-}
+/// The rules that find the state of an object, by name. The first takes `--limit`.
+const RULES: [(&str, Rule); 2] = [("gated", Rule::Gated), ("nearest", Rule::Nearest)];
 
 /// The rule that finds the state of an object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Rule {
     Gated,
     Nearest,
@@ -201,7 +184,7 @@ pub(crate) struct GroundingArgs {
     /// Rule that finds an object's state: gated (the greatest density within
     /// --limit) or nearest (by p-norm, the paper's rule)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
-    #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
+    #[arg(long, value_name = "RULE", default_value = "gated", value_parser = named(&RULES))]
     pub grounding: Rule,
     /// Maximum distance to a state, in standard deviations
     #[arg(long, value_name = "SD", default_value_t = Classifier::LIMIT)]
@@ -222,23 +205,9 @@ impl GroundingArgs {
     }
 }
 
-/// The part that goes into the jig first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum OrderArg {
-    NutFirst,
-    BoltFirst,
-    Either,
-}
-
-impl From<OrderArg> for Order {
-    fn from(order: OrderArg) -> Self {
-        match order {
-            OrderArg::NutFirst => Self::NutFirst,
-            OrderArg::BoltFirst => Self::BoltFirst,
-            OrderArg::Either => Self::Either,
-        }
-    }
-}
+/// The parts that can go into the jig first, by name.
+const ORDERS: [(&str, Order); 3] =
+    [("nut-first", Order::NutFirst), ("bolt-first", Order::BoltFirst), ("either", Order::Either)];
 
 /// The task.
 #[derive(Debug, Clone, Args)]
@@ -443,8 +412,8 @@ pub(crate) struct SyntheticArgs {
     /// Part that goes into the jig first: nut-first, bolt-first
     /// or either (at random)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
-    #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
-    pub order: OrderArg,
+    #[arg(long, default_value = "either", requires = "kinematic", value_parser = named(&ORDERS))]
+    pub order: Order,
     /// Probability that an attempt fails, 0 to 0.9
     #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
     #[arg(value_parser = number::<f64>)]
@@ -468,13 +437,24 @@ impl SyntheticArgs {
             demos: demos.demos,
             nuts: demos.demo_nuts.unwrap_or(1),
             bolts: demos.demo_bolts.unwrap_or(1),
-            order: self.order.into(),
+            order: self.order,
             fail_rate: self.fail_rate,
             loss_rate: self.loss_rate,
             knock_rate: self.knock_rate,
             events: !self.no_events,
         }
     }
+}
+
+/// Reads one of several names.
+pub(crate) fn named<T: Copy + Send + Sync>(
+    choices: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    let names = PossibleValuesParser::new(choices.iter().map(|(name, _)| *name));
+    names.try_map(|name| {
+        let chosen = choices.iter().find(|(known, _)| *known == name);
+        chosen.map(|(_, choice)| *choice).ok_or("must be one of the names")
+    })
 }
 
 /// Reads a whole number.

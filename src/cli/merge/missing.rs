@@ -2,13 +2,13 @@
 
 use symbolt::study::experiment::{Shard, ShardState, ShardStatus, Status};
 
-use super::output::{Grid, counted, unbroken, wrapped};
+use crate::cli::table::{Grid, counted, unbroken, wrapped};
 
 /// Greatest number of trials that a row lists. `--json` lists all.
 const LISTED: usize = 12;
 
 /// Returns the tables of shards and cells. The last line, `Rerun: 2,5,7`, is for scripts.
-pub(crate) fn described(status: &Status) -> String {
+pub(super) fn described(status: &Status) -> String {
     let (done, all) = (status.done(), status.trials());
     let title = format!(
         "{} with seed {}: {done} of {all} trials are done.",

@@ -1,9 +1,13 @@
 //! `symbolt run`: demonstrations in physics, learning, and episodes in which the robot plans again after every step.
 
+mod args;
+mod figures;
+mod folder;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use anyhow::Error;
+use anyhow::{Error, bail, ensure};
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
@@ -21,12 +25,13 @@ use symbolt::task::planner::PlannerBuild;
 use symbolt::task::relational::RelationalDomain;
 use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 
-use super::Outcome;
-use super::args::{BadArgument, RunArgs};
-use super::figures::Figures;
-use super::output::{Progress, counted, emit, emit_json, use_threads};
+pub(super) use self::args::RunArgs;
+use self::figures::Figures;
+use super::end::{BadArgument, Outcome};
+use super::output::{Progress, answer, use_threads};
+use super::table::counted;
 use super::watch::ProgressLine;
-use super::{config, folder, rank, ranks, report};
+use super::{config, rank, ranks, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
@@ -54,8 +59,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
             format!("none of {count} demonstrations solved the task, so there is nothing to learn");
         return Ok(Outcome::Failed(sentence));
     }
-    let (method, seed_used) = (args.method.into(), args.common.seed);
-    let settings = Settings { method, seed: seed_used, ..Settings::default() };
+    let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
     if learned.domain.goals.is_empty() {
         return Ok(Outcome::Failed(
@@ -77,8 +81,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let least = task.min_actions();
     let tally = Tally::of(&reports, least);
 
-    let failed = tally.failures.len();
-    let outcome = match failed {
+    let outcome = match tally.failures.len() {
         0 => Outcome::Done,
         failed => {
             let sentence = format!("{failed} of {} failed", counted(tally.episodes, "episode"));
@@ -105,11 +108,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let page = symbolt::report::report(folder.path())?.html;
     write_atomic(&folder.path().join(report::NAME), page, Overwrite::Allowed)?;
     drop(progress);
-    if args.common.json {
-        emit_json(&[result.summary(args, folder.path())])?;
-    } else {
-        emit(&result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
-    }
+    let json = || result.summary(args, folder.path());
+    answer(&args.common, json, || result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
     Ok(outcome)
 }
 
@@ -117,15 +117,17 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
     args.demos.check(false)?;
-    if !(1..=MAX_EPISODES).contains(&args.episodes) {
-        let expected = format!("1 to {MAX_EPISODES}");
-        return Err(BadArgument::range("--episodes", args.episodes, &expected).into());
-    }
-    if !(1..=args.episodes).contains(&args.record_episode) {
-        let least = if args.episodes > 1 { "1 to " } else { "" };
-        let expected = format!("{least}{}, the number of --episodes", args.episodes);
-        return Err(BadArgument::range("--record-episode", args.record_episode, &expected).into());
-    }
+    let expected = format!("1 to {MAX_EPISODES}");
+    ensure!(
+        (1..=MAX_EPISODES).contains(&args.episodes),
+        BadArgument::range("--episodes", args.episodes, &expected)
+    );
+    let least = if args.episodes > 1 { "1 to " } else { "" };
+    let expected = format!("{least}{}, the number of --episodes", args.episodes);
+    ensure!(
+        (1..=args.episodes).contains(&args.record_episode),
+        BadArgument::range("--record-episode", args.record_episode, &expected)
+    );
     Ok(())
 }
 
@@ -140,7 +142,7 @@ fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
     spec.check()?;
     if args.perturb && spec.task.perturbation(Seed::new(args.common.seed)).is_none() {
         let problem = format!("--perturb: the task {} has no perturbation", spec.task.name());
-        return Err(BadArgument(problem).into());
+        bail!(BadArgument(problem));
     }
     Ok(spec)
 }

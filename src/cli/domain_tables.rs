@@ -1,4 +1,4 @@
-//! A relational domain as tables and as JSON.
+//! A learned domain as tables and as JSON.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,8 @@ use symbolt::task::relational::{
     RelationalOperator, Role,
 };
 
-use super::output::{Grid, counted, mm, section, unbroken};
+use super::output::keys;
+use super::table::{Grid, counted, section, unbroken};
 
 /// Returns tables of the states, the operators with their conditions and side effects, and the goal.
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
@@ -64,6 +65,11 @@ fn coordinate(coordinate: &Coordinate) -> String {
         Coordinate::Tight { mean, .. } => metres(mean, 3),
         Coordinate::Open { low, high } => format!("{} to {}", metres(low, 2), metres(high, 2)),
     }
+}
+
+/// Formats a length given in metres as millimetres, without the unit.
+pub(crate) fn mm(metres: f64) -> String {
+    format!("{:.3}", metres * 1e3)
 }
 
 /// Formats a length in metres, without the sign of a zero.
@@ -163,16 +169,14 @@ fn change_table(domain: &RelationalDomain) -> Grid {
 
 /// Returns the keys of `symbolt learn --json` that describe a domain.
 pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
-    let goal = domain.goals.last().map(|goal| &domain.states[goal.state].name);
-    let keys = [
-        ("states", domain.states.iter().map(state).collect()),
-        ("operators", domain.operators.iter().map(|o| action(domain, o)).collect()),
-        ("goals", domain.goals.iter().map(|g| term(domain, g)).collect()),
-        ("goal", json!(goal)),
-        ("noise_m", json!(domain.noise_m)),
-        ("noise_rad", json!(domain.noise_rad)),
-    ];
-    keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    keys(json!({
+        "states": domain.states.iter().map(state).collect::<Vec<_>>(),
+        "operators": domain.operators.iter().map(|o| action(domain, o)).collect::<Vec<_>>(),
+        "goals": domain.goals.iter().map(|g| term(domain, g)).collect::<Vec<_>>(),
+        "goal": domain.goals.last().map(|goal| &domain.states[goal.state].name),
+        "noise_m": domain.noise_m,
+        "noise_rad": domain.noise_rad,
+    }))
 }
 
 fn state(state: &FrameState) -> Value {
