@@ -109,6 +109,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let path = folder.path().display().to_string();
     let experiment = find(name, &options)?;
     let run = Run::new(&*experiment, Seed::new(args.common.seed), shard, folder)
+        .with_trials(options.trials)
         .salvaging(args.salvage)
         .restarting(args.force);
     let mut bar = Bar::new(&args.common, run.trials());
@@ -136,9 +137,8 @@ fn chosen(args: &ExperimentArgs) -> Result<Shard, Error> {
     let choice: ShardChoice = text.parse()?;
     let lossy = |text: OsString| text.to_string_lossy().into_owned();
     let variables = std::env::vars_os().map(|(name, value)| (lossy(name), lossy(value))).collect();
-    let (shard, launcher) = choice.resolve(&variables)?;
-    if let (Some(launcher), false) = (launcher, args.common.quiet) {
-        let name = launcher.variable();
+    let (shard, variable) = choice.resolve(&variables)?;
+    if let (Some(name), false) = (variable, args.common.quiet) {
         let value = variables.get(name).map_or("", String::as_str);
         // Nothing can be done if standard error is closed.
         let _ = writeln!(std::io::stderr(), "shard {shard}, because {name} is {value}");

@@ -1,7 +1,6 @@
 //! The table of an experiment.
 
 use anyhow::Error;
-use serde_json::Value;
 use symbolt::study::experiment::{Results, Row};
 use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 
@@ -60,11 +59,6 @@ fn tables(results: &Results) -> String {
 
 /// Returns the cells of a row: its settings, then its statistic. With `mark`, an asterisk marks few trials.
 fn cells(row: &Row, columns: &[&str], mark: bool) -> Vec<String> {
-    let setting = |key: &&str| match row.settings.get(*key) {
-        Some(Value::String(text)) => text.clone(),
-        Some(value) => value.to_string(),
-        None => String::new(),
-    };
     let [low, high] = row.statistic.interval95();
     let (value, interval) = match row.statistic {
         Statistic::Rate(rate) => (
@@ -90,7 +84,7 @@ fn cells(row: &Row, columns: &[&str], mark: bool) -> Vec<String> {
     };
     let few = if mark && row.statistic.is_of_few_trials() { " *" } else { "" };
     let end = [value, interval, sd, format!("{trials}{few}")];
-    columns.iter().map(setting).chain(end).collect()
+    columns.iter().map(|key| row.text(key).into_owned()).chain(end).collect()
 }
 
 #[cfg(test)]

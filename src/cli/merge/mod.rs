@@ -68,7 +68,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Error> {
     args.trials.recording_is_used(&args.name)?;
     let folder = ResultFolder::open(out)?;
     let experiment = find(&args.name, &options)?;
-    let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), folder);
+    let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), folder)
+        .with_trials(options.trials);
     let results = run.merge(&args.folders, overwrite(args.force), &mut Bar::new(&common, 0))?;
     show(&common, &results)?;
     Ok(Outcome::Done)
@@ -80,7 +81,7 @@ fn status(args: &MergeArgs) -> Result<Outcome, Error> {
     let options = args.trials.options(common)?;
     let plan = || {
         let cells = find(name, &options)?.cells();
-        Ok(Plan { seed: Seed::new(common.seed), cells })
+        Ok(Plan { seed: Seed::new(common.seed), trials: options.trials, cells })
     };
     let status = Status::read(name, &args.folders, plan)?;
     let most = status.cells.iter().map(|cell| cell.trials).max().unwrap_or(0);

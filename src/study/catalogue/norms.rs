@@ -6,7 +6,6 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 
-use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
@@ -24,15 +23,7 @@ fn gauss<R: Rng>(rng: &mut R, sd: f64) -> f64 {
 }
 
 /// Figure 1A: distances between pairs of 6-D states that vary little in some dimensions.
-pub(super) struct Distances {
-    trials: u64,
-}
-
-impl Distances {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(10_000) }
-    }
-}
+pub(super) struct Distances;
 
 const DIMENSIONS: usize = 6;
 const TIGHT: f64 = 0.05;
@@ -40,11 +31,8 @@ const BROAD: f64 = 0.5;
 
 impl Experiment for Distances {
     fn about(&self) -> About {
-        About {
-            name: "figure-1a",
-            question: "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?",
-            revision: 1,
-        }
+        let question = "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?";
+        About { name: "figure-1a", question, revision: 1 }
     }
 
     fn settings(&self) -> Value {
@@ -53,7 +41,7 @@ impl Experiment for Distances {
 
     fn cells(&self) -> Vec<Cell> {
         let readings = || EXPONENTS.map(|p| Reading::new(Measure::Mean, json!({"p": p}))).to_vec();
-        (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), self.trials, readings())).collect()
+        (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), 10_000, readings())).collect()
     }
 
     fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
@@ -84,15 +72,7 @@ impl Experiment for Distances {
 
 /// Figure 1C: knives on a cart or beside plates. A knife's 8-D state is relative to the cart, the nearest plate and the
 /// nearest table edge.
-pub(super) struct TableSetting {
-    trials: u64,
-}
-
-impl TableSetting {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(500) }
-    }
-}
+pub(super) struct TableSetting;
 
 /// Number of tables in an example, as in figure 1B.
 const TABLES: usize = 3;
@@ -202,11 +182,8 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
 
 impl Experiment for TableSetting {
     fn about(&self) -> About {
-        About {
-            name: "figure-1c",
-            question: "Knives on a cart or beside plates: are distances within a group smaller than between groups?",
-            revision: 2,
-        }
+        let question = "Knives on a cart or beside plates: are distances within a group smaller than between groups?";
+        About { name: "figure-1c", question, revision: 2 }
     }
 
     fn settings(&self) -> Value {
@@ -219,15 +196,10 @@ impl Experiment for TableSetting {
     fn cells(&self) -> Vec<Cell> {
         EXPONENTS
             .map(|p| {
-                let readings = ["on the cart", "beside plates", "between groups"]
-                    .map(|pairs| Reading::new(Measure::Mean, json!({"pairs": pairs})))
-                    .into_iter()
-                    .chain([Reading::new(
-                        Measure::Mean,
-                        json!({"pairs": "share of pairs within below those between"}),
-                    )])
-                    .collect();
-                Cell::new(json!({"p": p}), self.trials, readings)
+                let share = "share of pairs within below those between";
+                let readings = ["on the cart", "beside plates", "between groups", share]
+                    .map(|pairs| Reading::new(Measure::Mean, json!({"pairs": pairs})));
+                Cell::new(json!({"p": p}), 500, readings.into())
             })
             .into()
     }

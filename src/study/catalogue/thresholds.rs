@@ -34,7 +34,6 @@ struct Kind {
 /// The experiment: the thresholds that cluster batches perfectly, and whether the automatic threshold is among them.
 pub(super) struct Thresholds {
     seed: Seed,
-    trials: u64,
     recording: Option<std::path::PathBuf>,
     /// Kinds of the recording that have states.
     recorded: Vec<Kind>,
@@ -51,7 +50,6 @@ impl Thresholds {
     pub fn new(options: &Options) -> Result<Self, TaskError> {
         Ok(Self {
             seed: options.seed,
-            trials: options.trials.unwrap_or(100),
             recorded: options.recording.as_deref().map_or(Ok(Vec::new()), Self::given)?,
             recording: options.recording.clone(),
             made: Once::new(),
@@ -147,11 +145,8 @@ impl Thresholds {
 
 impl Experiment for Thresholds {
     fn about(&self) -> About {
-        About {
-            name: "threshold",
-            question: "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?",
-            revision: 3,
-        }
+        let question = "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?";
+        About { name: "threshold", question, revision: 3 }
     }
 
     fn settings(&self) -> Value {
@@ -177,7 +172,7 @@ impl Experiment for Thresholds {
                 ];
                 let readings = readings.map(|(m, what)| Reading::what(m, what));
                 let settings = json!({"source": source, "kind": kind, "batch": batch});
-                cells.push(Cell::new(settings, self.trials, readings.into()));
+                cells.push(Cell::new(settings, 100, readings.into()));
             }
         }
         cells

@@ -6,7 +6,6 @@
 
 use serde_json::{Value, json};
 
-use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
@@ -19,12 +18,11 @@ use crate::task::recording::Sensing;
 /// The experiment.
 pub(super) struct Worlds {
     worlds: Vec<World>,
-    trials: u64,
 }
 
 impl Worlds {
-    pub fn new(options: &Options) -> Self {
-        Self { worlds: worlds::all(), trials: options.trials.unwrap_or(20) }
+    pub fn new() -> Self {
+        Self { worlds: worlds::all() }
     }
 }
 
@@ -46,11 +44,8 @@ const SOLVED: &str = "solved";
 
 impl Experiment for Worlds {
     fn about(&self) -> About {
-        About {
-            name: "worlds",
-            question: "How often is a task with known truth learned and carried out, planned by the symbolic planner or by that of goal sets, and is what was learned true?",
-            revision: 1,
-        }
+        let question = "How often is a task with known truth learned and carried out, planned by the symbolic planner or by that of goal sets, and is what was learned true?";
+        About { name: "worlds", question, revision: 1 }
     }
 
     fn settings(&self) -> Value {
@@ -82,7 +77,7 @@ impl Experiment for Worlds {
                 let settings = json!({
                     "world": world.name(), "planner": planner, "demonstrations": demos, "noise": noise,
                 });
-                cells.push(Cell::new(settings, self.trials, readings(world)));
+                cells.push(Cell::new(settings, 20, readings(world)));
             }
         }
         cells
@@ -144,7 +139,7 @@ mod tests {
 
     #[test]
     fn every_world_is_solved_by_either_planner_from_five_demonstrations() {
-        let experiment = Worlds::new(&Options::default());
+        let experiment = Worlds::new();
         let cells = experiment.cells();
         assert_eq!(cells.len(), 19 * SETTINGS.len() + BINS.len());
         let few = cells.iter().filter(|cell| cell.number("demonstrations").ok() == Some(5.0));

@@ -36,32 +36,8 @@ impl FromStr for ShardChoice {
     }
 }
 
-/// The program that numbered a process.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Launcher {
-    /// A task of HyperQueue.
-    HyperQueue,
-    /// A task of a Slurm job array.
-    SlurmArray,
-    /// A process of Open MPI's `mpirun`.
-    OpenMpi,
-    /// A process of a Slurm step, started by `srun`.
-    SlurmStep,
-}
-
-impl Launcher {
-    /// Returns the variable that holds the process's number.
-    pub fn variable(self) -> &'static str {
-        match self {
-            Self::HyperQueue => HQ_TASK_ID,
-            Self::SlurmArray => ARRAY_ID,
-            Self::OpenMpi => MPI_RANK,
-            Self::SlurmStep => STEP_RANK,
-        }
-    }
-}
-
+// The variables that number a process: a task of HyperQueue or of a Slurm job array, a process of Open MPI's `mpirun`,
+// and a process of a Slurm step, started by `srun`; and those beside them.
 const HQ_TASK_ID: &str = "HQ_TASK_ID";
 const ARRAY_ID: &str = "SLURM_ARRAY_TASK_ID";
 const ARRAY_MIN: &str = "SLURM_ARRAY_TASK_MIN";
@@ -75,120 +51,21 @@ const STEP_TASKS: &str = "SLURM_STEP_NUM_TASKS";
 const JOB_TASKS: &str = "SLURM_NTASKS";
 const JOB_ID: &str = "SLURM_JOB_ID";
 
-/// Why the variables of the environment do not name a shard.
+/// Why the variables of the environment do not name a shard: a sentence that names the variable and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum ShardError {
-    /// No launcher has numbered this process.
-    #[error(
-        "--shard auto: none of the variables {HQ_TASK_ID}, {ARRAY_ID}, {MPI_RANK} and {STEP_RANK} is set; expected a \
-         task of HyperQueue, of a Slurm array, of mpirun or of srun; elsewhere give --shard I/N"
-    )]
-    NoLauncher,
-    /// A variable that belongs to another one is not set.
-    #[error(
-        "--shard auto: {beside} is set and {variable} is not; expected both, or give --shard I/N"
-    )]
-    Missing {
-        /// The variable that is not set.
-        variable: &'static str,
-        /// The variable that is set.
-        beside: &'static str,
-    },
-    /// A variable is not a whole number.
-    #[error("--shard auto: {variable} is `{value}`; expected a whole number of at least {min}")]
-    NotANumber {
-        /// The variable.
-        variable: &'static str,
-        /// Its value.
-        value: String,
-        /// The least valid number.
-        min: u64,
-    },
-    /// The process's number is not one of those that the number of shards allows.
-    #[error("--shard auto: {variable} is {value}; expected {min} to {max}{}", .hint)]
-    OutOfRange {
-        /// The variable.
-        variable: &'static str,
-        /// Its value.
-        value: u64,
-        /// The least valid number.
-        min: u64,
-        /// The greatest valid number.
-        max: u64,
-        /// Advice that ends the sentence; empty if there is none.
-        hint: &'static str,
-    },
-    /// The launcher started another number of processes than there are shards.
-    #[error("--shard auto/{of}: {variable} is {count}; expected {of}, one process for each shard")]
-    OtherCount {
-        /// The variable.
-        variable: &'static str,
-        /// Its value.
-        count: u64,
-        /// The number of shards that was asked for.
-        of: u64,
-    },
-    /// The launcher does not tell how many tasks there are.
-    #[error(
-        "--shard auto: {variable} is set, but HyperQueue does not give the number of tasks; expected --shard auto/N \
-         with `hq submit --array 1-N`"
-    )]
-    NoCount {
-        /// The variable that numbers the task.
-        variable: &'static str,
-    },
-    /// The indices of a Slurm array have gaps, or are listed in uneven distances.
-    #[error(
-        "--shard auto: {count} tasks from {ARRAY_MIN} {min} to {ARRAY_MAX} {max} in steps of {step} leave gaps; \
-         expected an array such as 1-8; for some tasks of it give --shard auto/N with their numbers from 1 to N"
-    )]
-    Gaps {
-        /// The least index.
-        min: u64,
-        /// The greatest index.
-        max: u64,
-        /// The number of tasks.
-        count: u64,
-        /// The distance between two indices.
-        step: u64,
-    },
-    /// A Slurm array begins at another index than 0 or 1, so it is likely to be a part of an array that runs again.
-    #[error(
-        "--shard auto: {ARRAY_MIN} is {min}; expected 0 or 1, where a whole array begins; for some tasks of it give \
-         --shard auto/N with their numbers from 1 to N"
-    )]
-    Part {
-        /// The least index.
-        min: u64,
-    },
-    /// A batch script's own process is not one of the job's tasks.
-    #[error(
-        "--shard auto: {STEP_RANK} is set, but {STEP_TASKS} is not, so this is a job's script and not one of its \
-         {tasks} tasks; expected `srun symbolt ...`, or `sbatch --array`"
-    )]
-    NotInStep {
-        /// The number of tasks of the job.
-        tasks: u64,
-    },
-    /// Several processes share one task of a Slurm array, so all of them would run the same shard.
-    #[error(
-        "--shard auto: {ARRAY_ID} is set and {variable} is {count}; expected one process for each task of the array, \
-         or give --shard I/N"
-    )]
-    SharedTask {
-        /// The variable that counts the processes.
-        variable: &'static str,
-        /// The number of processes.
-        count: u64,
-    },
+#[error("--shard auto{0}")]
+pub struct ShardError(String);
+
+/// Refuses what `--shard auto` found, in a sentence.
+fn refused<T>(problem: String) -> Result<T, ShardError> {
+    Err(ShardError(format!(": {problem}")))
 }
 
 /// Environment variables by name.
 pub type Variables = BTreeMap<String, String>;
 
 impl ShardChoice {
-    /// Returns the shard, and the launcher that numbered it; `None` for a fixed shard. The process's own environment is
+    /// Returns the shard, and the variable by which a launcher numbered it; `None` for a fixed shard. The process's own environment is
     /// not read: `variables` holds what the launcher set.
     ///
     /// The innermost launcher counts. A HyperQueue worker and `mpirun` may run inside a Slurm job, and their processes
@@ -210,71 +87,97 @@ impl ShardChoice {
     /// assert_eq!(shard, Shard { index: 2, of: 8 });
     /// # Ok::<(), symbolt::study::experiment::ShardError>(())
     /// ```
-    pub fn resolve(self, variables: &Variables) -> Result<(Shard, Option<Launcher>), ShardError> {
+    pub fn resolve(
+        self,
+        variables: &Variables,
+    ) -> Result<(Shard, Option<&'static str>), ShardError> {
         let of = match self {
             Self::Fixed(shard) => return Ok((shard, None)),
             Self::Auto { of } => of,
         };
         let launchers = [
-            (Launcher::HyperQueue, hyperqueue as Rule),
-            (Launcher::SlurmArray, array),
-            (Launcher::OpenMpi, open_mpi),
-            (Launcher::SlurmStep, step),
+            (HQ_TASK_ID, hyperqueue as Rule),
+            (ARRAY_ID, array),
+            (MPI_RANK, open_mpi),
+            (STEP_RANK, step),
         ];
-        let found = launchers.into_iter().find(|(l, _)| variables.contains_key(l.variable()));
-        let (launcher, rule) = found.ok_or(ShardError::NoLauncher)?;
-        Ok((rule(variables, of)?, Some(launcher)))
+        match launchers.into_iter().find(|(variable, _)| variables.contains_key(*variable)) {
+            Some((variable, rule)) => Ok((rule(variables, of)?, Some(variable))),
+            None => refused(format!(
+                "none of the variables {HQ_TASK_ID}, {ARRAY_ID}, {MPI_RANK} and {STEP_RANK} is set; expected a task of \
+                 HyperQueue, of a Slurm array, of mpirun or of srun; elsewhere give --shard I/N"
+            )),
+        }
     }
 }
 
 type Rule = fn(&Variables, Option<u64>) -> Result<Shard, ShardError>;
 
 /// Returns the number that a variable holds; `None` if it is not set.
-fn number(
-    variables: &Variables,
-    variable: &'static str,
-    min: u64,
-) -> Result<Option<u64>, ShardError> {
+fn number(variables: &Variables, variable: &str, min: u64) -> Result<Option<u64>, ShardError> {
     let Some(value) = variables.get(variable) else { return Ok(None) };
-    let number = value.parse().ok().filter(|number| *number >= min);
-    let fault = || ShardError::NotANumber { variable, value: value.clone(), min };
-    number.map(Some).ok_or_else(fault)
+    match value.parse().ok().filter(|number| *number >= min) {
+        None => {
+            refused(format!("{variable} is `{value}`; expected a whole number of at least {min}"))
+        }
+        number => Ok(number),
+    }
 }
 
 /// Returns the number that a variable holds, which must be set because `beside` is.
 fn needed(
     variables: &Variables,
-    variable: &'static str,
+    variable: &str,
     min: u64,
-    beside: &'static str,
+    beside: &str,
 ) -> Result<u64, ShardError> {
-    number(variables, variable, min)?.ok_or(ShardError::Missing { variable, beside })
+    match number(variables, variable, min)? {
+        Some(number) => Ok(number),
+        None => refused(format!(
+            "{beside} is set and {variable} is not; expected both, or give --shard I/N"
+        )),
+    }
+}
+
+/// Checks that a process's number is one of those that the number of shards allows. `hint` ends the sentence.
+fn in_range(
+    variable: &str,
+    value: u64,
+    [min, max]: [u64; 2],
+    hint: &str,
+) -> Result<(), ShardError> {
+    match (min..=max).contains(&value) {
+        true => Ok(()),
+        false => refused(format!("{variable} is {value}; expected {min} to {max}{hint}")),
+    }
 }
 
 /// Returns the shard of a task that is numbered from 1, as shards are.
-fn numbered(
-    variable: &'static str,
-    value: u64,
-    of: u64,
-    hint: &'static str,
-) -> Result<Shard, ShardError> {
-    if !(1..=of).contains(&value) {
-        return Err(ShardError::OutOfRange { variable, value, min: 1, max: of, hint });
-    }
+fn numbered(variable: &str, value: u64, of: u64, hint: &str) -> Result<Shard, ShardError> {
+    in_range(variable, value, [1, of], hint)?;
     Ok(Shard { index: value - 1, of })
 }
 
 fn hyperqueue(variables: &Variables, of: Option<u64>) -> Result<Shard, ShardError> {
-    let of = of.ok_or(ShardError::NoCount { variable: HQ_TASK_ID })?;
+    let Some(of) = of else {
+        return refused(format!(
+            "{HQ_TASK_ID} is set, but HyperQueue does not give the number of tasks; expected --shard auto/N with \
+             `hq submit --array 1-N`"
+        ));
+    };
     let id = needed(variables, HQ_TASK_ID, 0, HQ_TASK_ID)?;
     numbered(HQ_TASK_ID, id, of, ", as `hq submit --array 1-N` numbers them")
 }
 
 fn array(variables: &Variables, of: Option<u64>) -> Result<Shard, ShardError> {
+    // Several processes that share one task would all run the same shard.
     for variable in [MPI_SIZE, STEP_TASKS] {
         let count = number(variables, variable, 1)?.unwrap_or(1);
         if count > 1 {
-            return Err(ShardError::SharedTask { variable, count });
+            return refused(format!(
+                "{ARRAY_ID} is set and {variable} is {count}; expected one process for each task of the array, or give \
+                 --shard I/N"
+            ));
         }
     }
     let id = needed(variables, ARRAY_ID, 0, ARRAY_ID)?;
@@ -284,33 +187,37 @@ fn array(variables: &Variables, of: Option<u64>) -> Result<Shard, ShardError> {
     let min = needed(variables, ARRAY_MIN, 0, ARRAY_ID)?;
     let max = needed(variables, ARRAY_MAX, 0, ARRAY_ID)?;
     let step = number(variables, ARRAY_STEP, 1)?.unwrap_or(1);
-    if !(min..=max).contains(&id) {
-        return Err(ShardError::OutOfRange { variable: ARRAY_ID, value: id, min, max, hint: "" });
-    }
+    in_range(ARRAY_ID, id, [min, max], "")?;
+    let numbers = "for some tasks of it give --shard auto/N with their numbers from 1 to N";
+    // It is likely to be a part of an array that runs again.
     if min > 1 {
-        return Err(ShardError::Part { min });
+        return refused(format!(
+            "{ARRAY_MIN} is {min}; expected 0 or 1, where a whole array begins; {numbers}"
+        ));
     }
     let places = ((max - min) / step).saturating_add(1);
     let count = number(variables, ARRAY_COUNT, 1)?.unwrap_or(places);
     if count != places || !(max - min).is_multiple_of(step) || !(id - min).is_multiple_of(step) {
-        return Err(ShardError::Gaps { min, max, count, step });
+        return refused(format!(
+            "{count} tasks from {ARRAY_MIN} {min} to {ARRAY_MAX} {max} in steps of {step} leave gaps; expected an array \
+             such as 1-8; {numbers}"
+        ));
     }
     Ok(Shard { index: ((id - min) / step).min(count - 1), of: count })
 }
 
 /// Returns the shard of a process that is numbered from 0.
 fn ranked(
-    [variable, counter]: [&'static str; 2],
+    [variable, counter]: [&str; 2],
     [rank, count]: [u64; 2],
     of: Option<u64>,
 ) -> Result<Shard, ShardError> {
     if let Some(of) = of.filter(|of| *of != count) {
-        return Err(ShardError::OtherCount { variable: counter, count, of });
+        return Err(ShardError(format!(
+            "/{of}: {counter} is {count}; expected {of}, one process for each shard"
+        )));
     }
-    if rank >= count {
-        let max = count - 1;
-        return Err(ShardError::OutOfRange { variable, value: rank, min: 0, max, hint: "" });
-    }
+    in_range(variable, rank, [0, count - 1], "")?;
     Ok(Shard { index: rank, of: count })
 }
 
@@ -328,7 +235,10 @@ fn step(variables: &Variables, of: Option<u64>) -> Result<Shard, ShardError> {
     let tasks = needed(variables, JOB_TASKS, 1, STEP_RANK)?;
     // Slurm gives a job's script the rank 0 and the number of tasks that `srun` would start.
     if tasks > 1 && variables.contains_key(JOB_ID) {
-        return Err(ShardError::NotInStep { tasks });
+        return refused(format!(
+            "{STEP_RANK} is set, but {STEP_TASKS} is not, so this is a job's script and not one of its {tasks} tasks; \
+             expected `srun symbolt ...`, or `sbatch --array`"
+        ));
     }
     ranked([STEP_RANK, JOB_TASKS], [rank, tasks], of)
 }
@@ -338,7 +248,7 @@ mod tests {
     use super::*;
 
     /// Resolves `choice` with variables written as `NAME=VALUE NAME=VALUE`.
-    fn chosen(choice: &str, text: &str) -> Result<(Shard, Option<Launcher>), ShardError> {
+    fn chosen(choice: &str, text: &str) -> Result<(Shard, Option<&'static str>), ShardError> {
         let pairs = text.split_whitespace().filter_map(|pair| pair.split_once('='));
         let variables = pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
         choice.parse::<ShardChoice>().expect("a choice").resolve(&variables)
@@ -346,6 +256,10 @@ mod tests {
 
     fn shard(choice: &str, text: &str) -> String {
         chosen(choice, text).expect("a shard").0.to_string()
+    }
+
+    fn refused(choice: &str, text: &str) -> String {
+        chosen(choice, text).expect_err(text).to_string()
     }
 
     fn array_of(id: u64, [min, max, count, step]: [u64; 4]) -> String {
@@ -358,8 +272,8 @@ mod tests {
     fn choices_are_read_and_others_refused() {
         for text in ["", "auto/", "auto/0", "auto/x", "autos", "auto/1/2", "0/3", "4/3", "1", "a/b"]
         {
-            let refused = text.parse::<ShardChoice>().expect_err(text).to_string();
-            assert!(refused.contains("auto/N"), "{text}: {refused}");
+            let problem = text.parse::<ShardChoice>().expect_err(text).to_string();
+            assert!(problem.contains("auto/N"), "{text}: {problem}");
         }
         assert_eq!(
             "2/4".parse::<ShardChoice>().ok(),
@@ -385,10 +299,7 @@ mod tests {
         assert_eq!(shard("auto", &array_of(1, [1, 1, 1, 1])), "1/1");
         // A step of one process inside a task of the array changes nothing.
         let inside = format!("{} {STEP_RANK}=0 {STEP_TASKS}=1", array_of(2, [0, 3, 4, 1]));
-        assert_eq!(
-            chosen("auto", &inside),
-            Ok((Shard { index: 2, of: 4 }, Some(Launcher::SlurmArray)))
-        );
+        assert_eq!(chosen("auto", &inside), Ok((Shard { index: 2, of: 4 }, Some(ARRAY_ID))));
     }
 
     #[test]
@@ -396,14 +307,12 @@ mod tests {
         for (id, shape) in
             [(3, [0, 7, 3, 1]), (0, [0, 7, 3, 3]), (1, [0, 6, 3, 3]), (7, [1, 7, 5, 2])]
         {
-            let refused = chosen("auto", &array_of(id, shape));
-            assert!(matches!(refused, Err(ShardError::Gaps { .. })), "{refused:?}");
+            let text = refused("auto", &array_of(id, shape));
+            assert!(text.contains("leave gaps") && text.contains("auto/N"), "{text}");
         }
-        let text = chosen("auto", &array_of(3, [0, 7, 3, 1])).expect_err("gaps").to_string();
-        assert!(text.contains("leave gaps") && text.contains("auto/N"), "{text}");
         // A part that happens to have no gaps, as in `--array=3-5` and `--array=5`.
         for (id, shape) in [(4, [3, 5, 3, 1]), (5, [5, 5, 1, 1])] {
-            let text = chosen("auto", &array_of(id, shape)).expect_err("a part").to_string();
+            let text = refused("auto", &array_of(id, shape));
             assert!(text.contains(&format!("MIN is {}; expected 0 or 1", shape[0])), "{text}");
         }
         // The same tasks under their own numbers.
@@ -411,8 +320,7 @@ mod tests {
             assert_eq!(shard("auto/8", &array_of(id, [2, 7, 3, 1])), format!("{id}/8"));
         }
         for id in [0, 9] {
-            let text =
-                chosen("auto/8", &array_of(id, [0, 9, 2, 9])).expect_err("refused").to_string();
+            let text = refused("auto/8", &array_of(id, [0, 9, 2, 9]));
             assert!(text.contains(&format!("{ARRAY_ID} is {id}; expected 1 to 8")), "{text}");
         }
     }
@@ -422,20 +330,23 @@ mod tests {
         let job = "SLURM_JOB_ID=7 SLURM_NTASKS=8";
         assert_eq!(
             chosen("auto", &format!("{job} {STEP_RANK}=2 {STEP_TASKS}=4")),
-            Ok((Shard { index: 2, of: 4 }, Some(Launcher::SlurmStep)))
+            Ok((Shard { index: 2, of: 4 }, Some(STEP_RANK)))
         );
         assert_eq!(shard("auto", "SLURM_PROCID=0 SLURM_NTASKS=3"), "1/3");
         assert_eq!(shard("auto", "SLURM_JOB_ID=7 SLURM_PROCID=0 SLURM_NTASKS=1"), "1/1");
         // The script of a job with several tasks is not one of them.
-        let script = chosen("auto", &format!("{job} {STEP_RANK}=0"));
-        assert_eq!(script, Err(ShardError::NotInStep { tasks: 8 }));
+        let script = refused("auto", &format!("{job} {STEP_RANK}=0"));
+        assert!(script.contains("a job's script and not one of its 8 tasks"), "{script}");
         assert_eq!(
             chosen("auto", &format!("{MPI_RANK}=7 {MPI_SIZE}=8")),
-            Ok((Shard { index: 7, of: 8 }, Some(Launcher::OpenMpi)))
+            Ok((Shard { index: 7, of: 8 }, Some(MPI_RANK)))
         );
         assert_eq!(shard("auto/8", &format!("{MPI_RANK}=7 {MPI_SIZE}=8")), "8/8");
-        let other = chosen("auto/9", &format!("{MPI_RANK}=7 {MPI_SIZE}=8"));
-        assert_eq!(other, Err(ShardError::OtherCount { variable: MPI_SIZE, count: 8, of: 9 }));
+        let other = refused("auto/9", &format!("{MPI_RANK}=7 {MPI_SIZE}=8"));
+        assert!(
+            other.starts_with("--shard auto/9: OMPI_COMM_WORLD_SIZE is 8; expected 9"),
+            "{other}"
+        );
     }
 
     #[test]
@@ -445,25 +356,21 @@ mod tests {
         let array = array_of(1, [0, 3, 4, 1]);
         assert_eq!(shard("auto", &format!("{step} {mpi}")), "4/4");
         for (inner, variable) in [(&mpi, MPI_SIZE), (&step, STEP_TASKS)] {
-            let refused = chosen("auto", &format!("{array} {inner}")).expect_err("shared");
-            assert!(matches!(refused, ShardError::SharedTask { variable: v, .. } if v == variable));
+            let text = refused("auto", &format!("{array} {inner}"));
+            assert!(text.contains(&format!("{ARRAY_ID} is set and {variable} is ")), "{text}");
         }
         let hq = format!("{HQ_TASK_ID}=3 {array} {step} {mpi}");
-        assert_eq!(
-            chosen("auto/8", &hq),
-            Ok((Shard { index: 2, of: 8 }, Some(Launcher::HyperQueue)))
-        );
-        assert_eq!(chosen("auto", &hq), Err(ShardError::NoCount { variable: HQ_TASK_ID }));
+        assert_eq!(chosen("auto/8", &hq), Ok((Shard { index: 2, of: 8 }, Some(HQ_TASK_ID))));
+        assert!(refused("auto", &hq).contains("HyperQueue does not give the number of tasks"));
         for id in [0, 9] {
-            let text =
-                chosen("auto/8", &format!("{HQ_TASK_ID}={id}")).expect_err("range").to_string();
+            let text = refused("auto/8", &format!("{HQ_TASK_ID}={id}"));
             assert!(text.contains(&format!("is {id}; expected 1 to 8, as `hq submit")), "{text}");
         }
     }
 
     #[test]
     fn faults_name_the_variable_and_the_valid_values() {
-        let text = |variables: &str| chosen("auto", variables).expect_err(variables).to_string();
+        let text = |variables: &str| refused("auto", variables);
         assert!(text("HOME=x").contains("none of the variables HQ_TASK_ID, SLURM_ARRAY_TASK_ID"));
         for (variables, named) in [
             (

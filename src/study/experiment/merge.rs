@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::journal::{self, Contents, Record};
+use super::journal::{self, Contents, Header, Record};
 use super::run::{JOURNAL, Run};
 use super::{Results, Shard, TrialOutcome};
 use crate::files::Overwrite;
@@ -106,11 +106,7 @@ impl Run<'_> {
                 ));
             }
             if let Some((first, held)) = shards.first() {
-                let places = [first.display().to_string(), folder.display().to_string()];
-                if let Some(differences) = held.header.differences(&contents.header, &places) {
-                    let first = &places[0];
-                    return refused(format!("it does not belong with {first}: {differences}"));
-                }
+                belong_together((first, &held.header), (folder, &contents.header))?;
             }
             trials += contents.records.len();
             if trials > MAX_TRIALS_READ {
@@ -131,6 +127,17 @@ impl Run<'_> {
         }
         Ok(shards)
     }
+}
+
+/// Refuses a folder with trials of another run than the first one's.
+pub(super) fn belong_together(
+    (first, held): (&Path, &Header),
+    (folder, other): (&Path, &Header),
+) -> Result<(), TaskError> {
+    let places = [first, folder].map(|folder| folder.display().to_string());
+    let Some(differences) = held.differences(other, &places) else { return Ok(()) };
+    let reason = format!("it does not belong with {}: {differences}", places[0]);
+    Err(TaskError::Merge { folder: folder.into(), reason })
 }
 
 /// Greatest number of trials in all shards, of 80 bytes each in memory.

@@ -52,6 +52,14 @@ impl<'a> Run<'a> {
         Self { experiment, cells, seed, shard, folder, salvage: false, restart: false }
     }
 
+    /// Sets the number of trials of every cell. By default, each cell has its own.
+    pub fn with_trials(mut self, trials: Option<u64>) -> Self {
+        for cell in &mut self.cells {
+            cell.trials = trials.unwrap_or(cell.trials);
+        }
+        self
+    }
+
     /// Sets whether damaged records of the journal are dropped and their trials run again. By default they are an
     /// error.
     pub fn salvaging(mut self, salvage: bool) -> Self {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 use super::journal::{self, CellSettings, Contents};
-use super::merge::{MAX_TRIALS_READ, SHARD_ADVICE};
+use super::merge::{MAX_TRIALS_READ, SHARD_ADVICE, belong_together};
 use super::run::JOURNAL;
 use super::{Cell, MAX_TRIALS, Shard, write_settings};
 use crate::files::FileError;
@@ -122,6 +122,8 @@ pub struct Status {
 pub struct Plan {
     /// Seed of the run.
     pub seed: Seed,
+    /// Number of trials of every cell; `None` for each cell's own.
+    pub trials: Option<u64>,
     /// Cells of the experiment.
     pub cells: Vec<Cell>,
 }
@@ -154,8 +156,11 @@ impl Status {
         let (seed, cells) = match first {
             Some((_, header)) => (Seed::new(header.seed), header.settings.cells.clone()),
             None => {
-                let Plan { seed, cells } = plan()?;
-                let cell = |cell: Cell| CellSettings { cell: cell.settings, trials: cell.trials };
+                let Plan { seed, trials, cells } = plan()?;
+                let cell = |Cell { settings: cell, trials: own, .. }| CellSettings {
+                    cell,
+                    trials: trials.unwrap_or(own),
+                };
                 (seed, cells.into_iter().map(cell).collect())
             }
         };
@@ -176,11 +181,7 @@ impl Status {
                 return Err(refused(folder, reason));
             }
             for (other, contents) in journals(&found) {
-                let places = [folder.display().to_string(), other.display().to_string()];
-                if let Some(differences) = header.differences(&contents.header, &places) {
-                    let reason = format!("it does not belong with {}: {differences}", places[0]);
-                    return Err(refused(other, reason));
-                }
+                belong_together((folder, header), (other, &contents.header))?;
             }
         }
         let mut done: Vec<Vec<bool>> =
@@ -393,7 +394,7 @@ mod tests {
         let plan = || {
             let cells =
                 vec![Cell::new(json!({"a": 1}), 5, vec![]), Cell::new(json!({"a": 2}), 2, vec![])];
-            Ok(Plan { seed: Seed::new(3), cells })
+            Ok(Plan { seed: Seed::new(3), trials: None, cells })
         };
         let folders = ["none/x-2-of-3".into(), "none/y".into()];
         let status = Status::read("coin", &folders, plan).expect("a status");

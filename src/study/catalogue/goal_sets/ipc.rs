@@ -16,7 +16,6 @@ const LIMIT_MS: u64 = 10_000;
 /// The experiment: one cell for each problem of a folder.
 pub(crate) struct Ipc {
     setup: Setup,
-    trials: u64,
     folder: Option<PathBuf>,
     problems: Vec<ProblemFiles>,
 }
@@ -26,7 +25,6 @@ impl Ipc {
     pub fn new(options: &Options) -> Result<Self, TaskError> {
         Ok(Self {
             setup: Setup::spiking(SLOTS, LIMIT_MS),
-            trials: options.trials.unwrap_or(3),
             problems: options.problems.as_deref().map_or(Ok(Vec::new()), problems_in)?,
             folder: options.problems.clone(),
         })
@@ -35,11 +33,8 @@ impl Ipc {
 
 impl Experiment for Ipc {
     fn about(&self) -> About {
-        About {
-            name: "ipc",
-            question: "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?",
-            revision: REVISION,
-        }
+        let question = "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?";
+        About { name: "ipc", question, revision: REVISION }
     }
 
     fn settings(&self) -> Value {
@@ -66,7 +61,7 @@ impl Experiment for Ipc {
         };
         let cell = |p: &ProblemFiles| {
             let settings = json!({"domain": p.group, "problem": p.name});
-            Cell::new(settings, self.trials, readings())
+            Cell::new(settings, 3, readings())
         };
         self.problems.iter().map(cell).collect()
     }

@@ -7,7 +7,7 @@ use rand::seq::IndexedRandom;
 use serde_json::{Value, json};
 
 use super::kitchen::{REACHED, SLOTS};
-use super::{Options, REVISION, Setup, begun_at, last_action, number, rates, unmet, world};
+use super::{REVISION, Setup, begun_at, last_action, number, rates, unmet, world};
 use crate::plan::goal_sets::Course;
 use crate::plan::strips::Grounded;
 use crate::sim::Seed;
@@ -28,14 +28,11 @@ const KINDS: [(&str, [bool; 2]); 3] =
     [("actions fail", [true, false]), ("another hand", [false, true]), ("both", [true, true])];
 
 /// The experiment: the kitchen with surprises.
-pub(crate) struct Surprises {
-    setup: Setup,
-    trials: u64,
-}
+pub(crate) struct Surprises(Setup);
 
 impl Surprises {
-    pub fn new(options: &Options) -> Self {
-        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    pub fn new() -> Self {
+        Self(Setup::spiking(SLOTS, LIMIT_MS))
     }
 }
 
@@ -77,15 +74,12 @@ fn hand(problem: &PlanningProblem, course: &Course, seed: Seed) -> Option<(u64, 
 
 impl Experiment for Surprises {
     fn about(&self) -> About {
-        About {
-            name: "surprises",
-            question: "How often does the planner of goal sets boil water if actions fail and another hand changes something?",
-            revision: REVISION,
-        }
+        let question = "How often does the planner of goal sets boil water if actions fail and another hand changes something?";
+        About { name: "surprises", question, revision: REVISION }
     }
 
     fn settings(&self) -> Value {
-        let mut settings = self.setup.settings();
+        let mut settings = self.0.settings();
         settings["failures"] = json!(FAILURES);
         settings
     }
@@ -106,7 +100,7 @@ impl Experiment for Surprises {
         for (surprise, _) in KINDS {
             for actions in 2..=5u32 {
                 let settings = json!({"surprise": surprise, "actions": actions});
-                cells.push(Cell::new(settings, self.trials, readings()));
+                cells.push(Cell::new(settings, 50, readings()));
             }
         }
         cells
@@ -116,12 +110,12 @@ impl Experiment for Surprises {
         let problem = Kitchen::default().problem(cell.number("actions")? as usize)?;
         let [fails, meddles] = cell.choice("surprise", &KINDS)?;
         let place = || world(&problem).failures(if fails { FAILURES } else { 0.0 });
-        let mut course = self.setup.pursue(&problem, place(), &[], seed)?;
+        let mut course = self.0.pursue(&problem, place(), &[], seed)?;
         let mut meddled = false;
         if meddles && let Some((ms, operator)) = hand(&problem, &course, seed) {
             // Until then the course is the same.
             let place = place().intrusion(ms, operator);
-            course = self.setup.pursue(&problem, place, &[], seed)?;
+            course = self.0.pursue(&problem, place, &[], seed)?;
             meddled = true;
         }
         let [unmet, begun] = unmet(&course);
@@ -182,7 +176,7 @@ mod tests {
     #[test]
     fn every_cell_in_direct_mode() {
         let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS) };
-        let surprises = Surprises { setup, trials: 1 };
+        let surprises = Surprises(setup);
         let (mut failed, mut meddled) = (0.0, 0.0);
         for cell in surprises.cells() {
             for seed in 0..2 {
