@@ -16,7 +16,6 @@ use super::output::use_threads;
 use super::table::Grid;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ActionsArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -65,8 +64,7 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
         }
         text
     };
-    out.write(&text)?;
-    Ok(Outcome::Done)
+    out.write(&text)
 }
 
 fn onto<'l>(m: &Move, layout: &'l Layout) -> Option<&'l str> {

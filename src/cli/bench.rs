@@ -20,7 +20,6 @@ use super::table::Grid;
 use super::{rank, ranks};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct BenchArgs {
     /// Network: bind, state, memory, select, channel, planner, large or brain
     pub model: String,
@@ -112,8 +111,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let middle = runs.swap_remove(runs.len() / 2);
     drop(progress);
     let json = || summary(args, &middle, load_s, peak_mb);
-    answer(&args.common, json, || table(args, &middle, load_s, peak_mb).to_string())?;
-    Ok(Outcome::Done)
+    answer(&args.common, json, || table(args, &middle, load_s, peak_mb).to_string())
 }
 
 const UNBINDINGS: [(&str, Unbinding); 2] =

@@ -22,7 +22,6 @@ use super::options::Common;
 use super::output::{answer, facts};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct CheckArgs {
     /// File to check; - for standard input
     pub file: PathBuf,
@@ -36,8 +35,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
     let found = inspect(&bytes, &args.file)?;
     let kind = found["kind"].as_str().unwrap_or("file");
     let text = || format!("{name}: a valid {kind}: {}", facts(&found));
-    answer(&args.common, || found.clone(), text)?;
-    Ok(Outcome::Done)
+    answer(&args.common, || found.clone(), text)
 }
 
 /// Recognises the kind of a file, reads it and returns its counts.

@@ -16,7 +16,6 @@ use super::output::{not_both_standard_input, use_threads};
 use super::table::Grid;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ClassifyArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -59,8 +58,7 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     } else {
         table(&rows).to_string()
     };
-    out.write(&text)?;
-    Ok(Outcome::Done)
+    out.write(&text)
 }
 
 /// Classifies with hysteresis along each demonstration.

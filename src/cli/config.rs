@@ -13,7 +13,6 @@ use super::output::emit;
 use super::table::Grid;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ConfigArgs {
     #[command(flatten)]
     pub task: TaskArgs,
@@ -27,8 +26,7 @@ pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
         true => table()?,
         false => format!("{:#}\n", args.task.task()?.settings()),
     };
-    out.write(&text)?;
-    Ok(Outcome::Done)
+    out.write(&text)
 }
 
 /// Prints the tasks.

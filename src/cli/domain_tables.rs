@@ -88,8 +88,8 @@ fn spread_table(domain: &RelationalDomain) -> Grid {
         for (index, place) in state.places.iter().enumerate() {
             let first = |text: String| if index == 0 { text } else { String::new() };
             let poses = if one { state.count } else { place.count };
-            let mut row =
-                vec![first(state.name.clone()), first(origin(state).into()), poses.to_string()];
+            let origin = if state.origin == Origin::Found { "found" } else { "placed" };
+            let mut row = vec![first(state.name.clone()), first(origin.into()), poses.to_string()];
             row.extend(place.coordinates.iter().map(|c| match c {
                 Coordinate::Tight { sd, .. } => mm(*sd),
                 Coordinate::Open { .. } => "open".into(),
@@ -99,13 +99,6 @@ fn spread_table(domain: &RelationalDomain) -> Grid {
         }
     }
     grid
-}
-
-fn origin(state: &FrameState) -> &'static str {
-    match state.origin {
-        Origin::Found => "found",
-        Origin::Placed => "placed",
-    }
 }
 
 /// Returns the actions: the states that the object leaves and enters.

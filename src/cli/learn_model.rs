@@ -15,7 +15,6 @@ use super::output::{Place, Progress, answer_unless_quiet, use_threads, warn};
 use super::table::counted;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct LearnModelArgs {
     /// PDDL domain with types, predicates and the actions' parameters;
     /// preconditions and effects are not used; - for standard input

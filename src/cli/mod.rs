@@ -60,7 +60,11 @@ macro_rules! commands {
     ($($(#[$help:meta])* $name:ident($args:path) => $run:expr,)*) => {
         #[derive(Debug, Subcommand)]
         enum Command {
-            $($(#[$help])* $name($args),)*
+            $(
+                #[command(next_line_help = true, allow_negative_numbers = true)]
+                $(#[$help])*
+                $name($args),
+            )*
         }
 
         fn dispatch(cli: Cli) -> Result<Outcome, Error> {
@@ -104,6 +108,7 @@ commands! {
     /// Print the default settings of a task, for use with --config
     Config(config::ConfigArgs) => config::config,
     /// Print a completion script for a shell
+    #[command(next_line_help = false, allow_negative_numbers = false)]
     Completions(completions::CompletionsArgs) => |args| completions::completions(args, Cli::command()),
 }
 

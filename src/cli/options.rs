@@ -10,8 +10,8 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::Population;
-use symbolt::sim::{Seed, VocabTag};
-use symbolt::spa::VocabularyBuilder;
+use symbolt::sim::Seed;
+use symbolt::spa::{Algebra, Hrr};
 use symbolt::task::learn::Method;
 use symbolt::task::planner::{PlannerBuild, PlannerKind, PlannerSpec, Unbinding};
 use symbolt::task::relational::{Classifier, ClassifierRule, RelationalDomain};
@@ -86,13 +86,6 @@ fn kind(name: &str) -> Result<PlannerKind, String> {
     })
 }
 
-/// The vocabulary that checks the options of pointers.
-struct Checked;
-
-impl VocabTag for Checked {
-    const NAME: &'static str = "checked";
-}
-
 impl PlannerArgs {
     /// Checks the options, so that a wrong option is refused before any work.
     ///
@@ -103,9 +96,7 @@ impl PlannerArgs {
         if self.kind() == PlannerKind::GoalSets {
             self.check_goal_sets(", or add --planner chain")?;
         }
-        let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions(), Seed::new(0));
-        vocabulary.build().map_err(TaskError::from)?;
-        Ok(())
+        Ok(Hrr.check_dim(self.dimensions()).map_err(TaskError::from)?)
     }
 
     /// Returns which planner is wanted for a learned domain.
@@ -289,10 +280,8 @@ impl DemoArgs {
     /// Returns the task to demonstrate.
     pub fn task(&self) -> Result<Arc<dyn Task>, Error> {
         let options = [("--demo-nuts", self.demo_nuts), ("--demo-bolts", self.demo_bolts)];
-        self.with_parts(options).map_err(|error| match error.downcast() {
-            Ok(error) => demonstrated(error),
-            Err(other) => other,
-        })
+        let named = |error: Error| error.downcast().map_or_else(|other| other, demonstrated);
+        self.with_parts(options).map_err(named)
     }
 
     /// Returns the task with the settings of the configuration file, and with these numbers of nuts and bolts. Each
@@ -393,14 +382,9 @@ impl SensingArgs {
 
 /// Names the option of demonstrations in an error about their task.
 pub(crate) fn demonstrated(error: TaskError) -> Error {
-    let option = match &error {
-        TaskError::Setting { name: "nuts", .. } => "--demo-nuts",
-        TaskError::Setting { name: "bolts", .. } => "--demo-bolts",
-        _ => return error.into(),
-    };
     match error {
-        TaskError::Setting { value, expected, .. } => {
-            BadArgument::range(option, value, expected).into()
+        TaskError::Setting { name: name @ ("nuts" | "bolts"), value, expected } => {
+            BadArgument::range(&format!("--demo-{name}"), value, expected).into()
         }
         other => other.into(),
     }

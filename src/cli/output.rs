@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
 
-use super::end::BadArgument;
+use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile};
 use super::rank::{leads, own};
 use super::table::counted;
@@ -36,8 +36,9 @@ pub(crate) fn answer(
     common: &Common,
     json: impl FnOnce() -> Value,
     text: impl FnOnce() -> String,
-) -> Result<(), Error> {
-    emit(&if common.json { json().to_string() } else { text() })
+) -> Result<Outcome, Error> {
+    emit(&if common.json { json().to_string() } else { text() })?;
+    Ok(Outcome::Done)
 }
 
 /// As [`answer`], but with `--quiet` without the text.
@@ -45,8 +46,8 @@ pub(crate) fn answer_unless_quiet(
     common: &Common,
     json: impl FnOnce() -> Value,
     text: impl FnOnce() -> String,
-) -> Result<(), Error> {
-    if common.quiet && !common.json { Ok(()) } else { answer(common, json, text) }
+) -> Result<Outcome, Error> {
+    if common.quiet && !common.json { Ok(Outcome::Done) } else { answer(common, json, text) }
 }
 
 /// Returns the keys of a JSON object.
@@ -85,11 +86,12 @@ impl Place {
     }
 
     /// Writes a result to the file, or to standard output if there is none.
-    pub fn write(&self, text: &str) -> Result<(), Error> {
+    pub fn write(&self, text: &str) -> Result<Outcome, Error> {
         match self {
-            Self::File(path, overwrite) => Ok(write_atomic(path, text, *overwrite)?),
-            Self::Default | Self::Stdout => emit(text),
+            Self::File(path, overwrite) => write_atomic(path, text, *overwrite)?,
+            Self::Default | Self::Stdout => emit(text)?,
         }
+        Ok(Outcome::Done)
     }
 }
 

@@ -19,7 +19,6 @@ use super::output::{
 use super::table::counted;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct PddlArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -75,8 +74,7 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
         let size =
             [counted(predicates, "predicate"), counted(actions, "action"), counted(facts, "fact")];
         format!("wrote {} and {}: {}", FILES[0], FILES[1], size.join(", "))
-    })?;
-    Ok(Outcome::Done)
+    })
 }
 
 fn write(

@@ -16,7 +16,6 @@ use super::table::wrapped;
 use super::watch::ProgressLine;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
     pub common: Common,

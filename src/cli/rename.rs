@@ -14,7 +14,6 @@ use super::options::Common;
 use super::output::{Place, answer_unless_quiet};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RenameArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,

@@ -13,7 +13,6 @@ use super::options::{Common, OutFile};
 use super::output::{Place, answer, warn, warn_of};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ReportArgs {
     /// Folder of a run, of an experiment, or of several experiments' folders
     pub folder: PathBuf,
@@ -46,8 +45,7 @@ pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
             text += &format!("\nMissing: {missing}");
         }
         text
-    })?;
-    Ok(Outcome::Done)
+    })
 }
 
 /// Returns the place for the page. If that is the folder which the page shows, the folder is locked.

@@ -70,7 +70,6 @@ impl TrialArgs {
 }
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ExperimentArgs {
     /// Experiment to run; without it, experiments are listed
     pub name: Option<String>,
@@ -116,7 +115,7 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let results = run.go(&mut bar)?;
     drop(bar);
     match results {
-        Some(results) => show(&args.common, &results)?,
+        Some(results) => show(&args.common, &results),
         None => {
             let (index, of, trials) = (shard.index + 1, shard.of, run.trials());
             let json =
@@ -125,10 +124,9 @@ pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
                 format!(
                     "{trials} trials of shard {index}/{of} are in {path}. `symbolt merge` merges the shards."
                 )
-            })?;
+            })
         }
     }
-    Ok(Outcome::Done)
 }
 
 /// Returns the shard of the command line. One that the environment names is printed.

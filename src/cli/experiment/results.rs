@@ -4,12 +4,13 @@ use anyhow::Error;
 use symbolt::study::experiment::{Results, Row};
 use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 
+use crate::cli::end::Outcome;
 use crate::cli::options::Common;
 use crate::cli::output::answer;
 use crate::cli::table::{Grid, wrapped};
 
 /// Prints the table of an experiment.
-pub(crate) fn show(common: &Common, results: &Results) -> Result<(), Error> {
+pub(crate) fn show(common: &Common, results: &Results) -> Result<Outcome, Error> {
     answer(
         common,
         || results.to_json(),

@@ -24,7 +24,6 @@ use super::table::{Grid, counted, section, unbroken, wrapped};
 use super::watch::ProgressLine;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct LearnArgs {
     /// Recording with one JSON object per line; - for standard input
     pub recording: PathBuf,

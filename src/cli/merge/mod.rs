@@ -20,7 +20,6 @@ use super::options::Common;
 use super::output::{answer, not_standard_output, overwrite};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct MergeArgs {
     /// Experiment
     pub name: String,
@@ -71,8 +70,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Error> {
     let run = Run::new(&*experiment, Seed::new(common.seed), Shard::default(), folder)
         .with_trials(options.trials);
     let results = run.merge(&args.folders, overwrite(args.force), &mut Bar::new(&common, 0))?;
-    show(&common, &results)?;
-    Ok(Outcome::Done)
+    show(&common, &results)
 }
 
 /// Lists the trials that a merge would miss. Fails if there are any.

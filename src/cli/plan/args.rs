@@ -9,7 +9,6 @@ use crate::cli::end::BadArgument;
 use crate::cli::options::{Common, GroundingArgs, OutFile, PlannerArgs, number, whole};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct PlanArgs {
     /// Learned domain, or a domain in PDDL; - for standard input
     pub domain: PathBuf,

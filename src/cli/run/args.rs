@@ -9,7 +9,6 @@ use symbolt::task::planner::PlannerKind;
 use crate::cli::options::{Common, DemoArgs, METHODS, PlannerArgs, named, number, whole};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     pub common: Common,

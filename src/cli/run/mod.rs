@@ -68,16 +68,19 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     }
     progress.say("building the planner graph");
     let runner = Runner {
+        args,
+        spec: &spec,
         domain: &args.planner.domain(&learned.domain),
         build: args.planner.build(args.common.seed)?,
     };
     let looping = Instant::now();
-    let (episodes, activity) = episodes(args, &runner, &spec, seed, &progress)?;
+    let (episodes, activity) = episodes(&runner, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.episode.report.clone()).collect();
     let reasons: Vec<String> = episodes.iter().map(|e| e.reason.clone()).collect();
     let recorded = args.record_episode - 1;
-    let scene = first_scene(&spec, scene_seed(seed, recorded))?;
+    let scene_seed = scene_seed(args, recorded);
+    let scene = first_scene(&spec, scene_seed)?;
     let least = task.min_actions();
     let tally = Tally::of(&reports, least);
 
@@ -93,7 +96,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
     let result = Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least };
-    let facts = result.facts(args, &*spec.task, scene_seed(seed, recorded), &activity);
+    let facts = result.facts(args, &*spec.task, scene_seed, &activity);
     let frames = episodes.get(recorded).map_or(&[][..], |e| &e.episode.frames);
     let trace: String = episodes.iter().map(|e| e.tracer.text()).collect();
     let contents = [
@@ -147,8 +150,8 @@ fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
     Ok(spec)
 }
 
-fn episode_seed(seed: Seed, index: usize) -> Seed {
-    seed.derive_index("episode", index as u64)
+fn episode_seed(args: &RunArgs, index: usize) -> Seed {
+    Seed::new(args.common.seed).derive_index("episode", index as u64)
 }
 
 /// An episode with its trace.
@@ -161,23 +164,19 @@ struct Ran {
 
 /// What runs the episodes. Each builds its own planner graph, over the objects of its scene.
 struct Runner<'l> {
+    args: &'l RunArgs,
+    spec: &'l EpisodeSpec,
     domain: &'l RelationalDomain,
     build: PlannerBuild,
 }
 
 impl Runner<'_> {
     /// Prepares an episode. Only the recorded one keeps frames.
-    fn prepared(
-        &self,
-        args: &RunArgs,
-        spec: &EpisodeSpec,
-        seed: Seed,
-        index: usize,
-    ) -> Result<PreparedEpisode<'_>, TaskError> {
-        let own = episode_seed(seed, index);
-        let frame_ms = (index == args.record_episode - 1).then_some(FRAME_MS);
-        let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
-        let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
+    fn prepared(&self, index: usize) -> Result<PreparedEpisode<'_>, TaskError> {
+        let own = episode_seed(self.args, index);
+        let frame_ms = (index == self.args.record_episode - 1).then_some(FRAME_MS);
+        let perturbation = self.args.perturb.then(|| self.spec.task.perturbation(own)).flatten();
+        let spec = EpisodeSpec { frame_ms, perturbation, ..self.spec.clone() };
         PreparedEpisode::new(self.domain, &self.build, &spec, own)
     }
 }
@@ -190,9 +189,7 @@ fn traced(
 ) -> Result<Ran, TaskError> {
     let mut tracer = Tracer::new(index);
     let mut all: Vec<&mut dyn Observer> = vec![&mut tracer];
-    for observer in observers {
-        all.push(observer);
-    }
+    all.extend(observers.into_iter().map(|observer| observer as &mut dyn Observer));
     let episode = prepared.run(&mut Observers(all))?;
     let ground = episode.grounds.last().map(|ground| ground.domain());
     let reason = ended_text(&episode.report.ended, ground);
@@ -205,9 +202,7 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
         (Ended::GoalMet, _) => "the planner took the goal as met, although it is not".into(),
         (Ended::Stuck(obstacle), Some(domain)) => domain.obstacle_in_words(*obstacle),
         (Ended::Stuck(_), None) => "the goal cannot be reached".into(),
-        (Ended::NoWay { action }, _) => {
-            format!("no part could be grasped and placed for {action}")
-        }
+        (Ended::NoWay { action }, _) => format!("no part could be grasped and placed for {action}"),
         (Ended::Occupied { action }, _) => {
             format!("another part lies where {action} puts its part")
         }
@@ -220,40 +215,35 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
 
 /// Runs all episodes. Returns them, and the planner's activity in the recorded one.
 fn episodes(
-    args: &RunArgs,
     runner: &Runner<'_>,
-    spec: &EpisodeSpec,
-    seed: Seed,
     progress: &Progress,
 ) -> Result<(Vec<Ran>, ActivityRecorder), Error> {
-    let chosen = args.record_episode - 1;
-    let prepared = |index: usize| runner.prepared(args, spec, seed, index);
-    let (done, all) = (AtomicUsize::new(0), args.episodes);
-    let recorded = || {
-        let name = format!("episode {} of {all}", args.record_episode);
-        let mut line = ProgressLine::of_episode(progress, name);
-        let prepared = prepared(chosen)?;
-        let mut activity = ActivityRecorder::new(prepared.planner().clone());
-        let over = traced(prepared, chosen, vec![&mut line, &mut activity])?;
+    let (all, chosen) = (runner.args.episodes, runner.args.record_episode - 1);
+    let done = AtomicUsize::new(0);
+    let tell = || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if all > 1 {
             progress.say(format!("{done} of {all} episodes done"));
         }
+    };
+    let recorded = || {
+        let name = format!("episode {} of {all}", chosen + 1);
+        let mut line = ProgressLine::of_episode(progress, name);
+        let prepared = runner.prepared(chosen)?;
+        let mut activity = ActivityRecorder::new(prepared.planner().clone());
+        let over = traced(prepared, chosen, vec![&mut line, &mut activity])?;
+        tell();
         Ok::<_, TaskError>((over, activity))
     };
     let other = |index: usize| {
-        let over = traced(prepared(index)?, index, Vec::new())?;
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        progress.say(format!("{done} of {all} episodes done"));
-        Ok(over)
+        let over = traced(runner.prepared(index)?, index, Vec::new())?;
+        tell();
+        Ok::<_, TaskError>(over)
     };
     let rest = |index: &usize| *index != chosen;
-    let others = || {
-        let others = (0..all).into_par_iter().filter(rest).map(other);
-        others.collect::<Result<Vec<_>, TaskError>>()
-    };
+    let others = || (0..all).into_par_iter().filter(rest).map(other).collect();
     let in_order = || (0..all).filter(rest).map(other).collect();
-    let (recorded, others) = match (all, rank::own()) {
+    let (recorded, others): (_, Result<Vec<Ran>, TaskError>) = match (all, rank::own()) {
         // Alone, the episode has all threads for its ticks. Ranks must run their episodes in the same order.
         (1, _) => (recorded(), Ok(Vec::new())),
         (_, Some(_)) => (recorded(), in_order()),
@@ -265,8 +255,8 @@ fn episodes(
 }
 
 /// Returns the seed of an episode's scene.
-fn scene_seed(seed: Seed, index: usize) -> Seed {
-    episode_seed(seed, index).derive("", "world")
+fn scene_seed(args: &RunArgs, index: usize) -> Seed {
+    episode_seed(args, index).derive("", "world")
 }
 
 /// Returns the first snapshot of the episode whose scene has this seed.

@@ -1,7 +1,7 @@
 //! `ablation`: decisions of the planner graph with a part removed or changed.
 
 use rand::RngExt;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::neurons::{LifSpec, Population, PopulationPlan, Tuning};
 use crate::sim::{Seed, SimDuration};
@@ -130,11 +130,8 @@ fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskEr
 impl Experiment for Ablation {
     fn about(&self) -> About {
         let question = "How often does the reference planner accept the planner's decisions if a part is removed or changed, and how long do they take?";
-        About { name: "ablation", question, revision: 3 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"worlds_a_trial": WORLDS, "goal": GOAL})
+        let settings = json!({"worlds_a_trial": WORLDS, "goal": GOAL});
+        About { name: "ablation", question, revision: 3, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -18,7 +18,7 @@
 //! The decoder named `best` knows all roles and subtracts the estimated interference; see [`PairDecoder`].
 
 use rand_distr::{Distribution, StandardNormal};
-use serde_json::{Value, json};
+use serde_json::json;
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
 use crate::sim::{Real, Seed};
@@ -129,11 +129,8 @@ impl Size {
 impl Experiment for Capacity {
     fn about(&self) -> About {
         let question = "How often is the right filler decoded from a sum of bound pairs, and how often is it predicted to be?";
-        About { name: "capacity", question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"rounds_of_cancellation": PairDecoder::ROUNDS})
+        let settings = json!({"rounds_of_cancellation": PairDecoder::ROUNDS});
+        About { name: "capacity", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

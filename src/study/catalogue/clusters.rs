@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::robot::Pose;
 use crate::sim::Seed;
@@ -106,11 +106,8 @@ impl Experiment for Clusters {
     fn about(&self) -> About {
         let question =
             "How many states of nut and bolt are found in five demonstrations with one of each?";
-        About { name: "figure-3", question, revision: 1 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"demonstrations": DEMOS, "p": PAPER_EXPONENT})
+        let settings = json!({"demonstrations": DEMOS, "p": PAPER_EXPONENT});
+        About { name: "figure-3", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -216,11 +213,8 @@ impl Classification {
 impl Experiment for Classification {
     fn about(&self) -> About {
         let question = "Which state is an unseen pose in, by the paper's rule and by ours?";
-        About { name: "figure-4", question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"demonstrations": DEMOS, "unseen_demonstrations_of_three": UNSEEN})
+        let settings = json!({"demonstrations": DEMOS, "unseen_demonstrations_of_three": UNSEEN});
+        About { name: "figure-4", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

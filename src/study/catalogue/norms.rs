@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -32,11 +32,8 @@ const BROAD: f64 = 0.5;
 impl Experiment for Distances {
     fn about(&self) -> About {
         let question = "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?";
-        About { name: "figure-1a", question, revision: 1 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"dimensions": DIMENSIONS, "tight_sd": TIGHT, "broad_sd": BROAD})
+        let settings = json!({"dimensions": DIMENSIONS, "tight_sd": TIGHT, "broad_sd": BROAD});
+        About { name: "figure-1a", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -183,14 +180,11 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
 impl Experiment for TableSetting {
     fn about(&self) -> About {
         let question = "Knives on a cart or beside plates: are distances within a group smaller than between groups?";
-        About { name: "figure-1c", question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({
+        let settings = json!({
             "tables": TABLES, "plates": PLATES, "knives_on_cart": ON_CART, "table_half_m": TABLE,
             "placing_sd_m_rad": HAND,
-        })
+        });
+        About { name: "figure-1c", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

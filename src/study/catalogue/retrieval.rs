@@ -4,7 +4,7 @@
 //! the network in spikes answers 50 of each, one after another, and is read at the end of a query's 40 ms or earlier.
 //! Precision and recall are pooled over all queries; the intervals take the queries of a trial as a cluster.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::sim::{Real, Seed, SimDuration};
 use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome};
@@ -79,15 +79,12 @@ impl Experiment for Retrieval {
     fn about(&self) -> About {
         let question =
             "How well are objects found by place and goal, and actions by object and effect?";
-        About { name: "retrieval", question, revision: 1 }
-    }
-
-    fn settings(&self) -> Value {
         let WorldSpec { places, goals, objects, actions, effects, .. } = WorldSpec::default();
-        json!({
+        let settings = json!({
             "places": places, "goals": goals, "objects": objects, "actions": actions,
             "effects": effects, "queries": QUERIES, "noise": NOISE,
-        })
+        });
+        About { name: "retrieval", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

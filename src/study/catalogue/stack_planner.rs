@@ -1,6 +1,6 @@
 //! `stack-planner`: the planner of 2016, rebuilt, in its kitchen and in longer chains of actions.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::neurons::{LifSpec, Population};
 use crate::sim::Seed;
@@ -31,12 +31,9 @@ impl StackPlans {
 impl Experiment for StackPlans {
     fn about(&self) -> About {
         let question = "How often and how fast does the rebuilt planner of 2016 reach its goal, and how long are the plans that it can hold?";
-        About { name: "stack-planner", question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
         let limit_ms = self.spec.limit.as_micros() / 1000;
-        json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms})
+        let settings = json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms});
+        About { name: "stack-planner", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

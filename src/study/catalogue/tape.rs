@@ -1,6 +1,6 @@
 //! `tape`: plans of several depths, written to a tape or a shift stack and read back whole.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -39,15 +39,12 @@ impl Experiment for Depths {
     fn about(&self) -> About {
         let question =
             "How often is a whole plan read back from a tape, and from a stack that shifts?";
-        About { name: "tape", question, revision: 1 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({
+        let settings = json!({
             "noise": TapeSpec::default().noise,
             "neurons_per_dimension_of_the_tape": HELD_PER_DIMENSION,
             "neurons_per_product": PER_PRODUCT,
-        })
+        });
+        About { name: "tape", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::Options;
 use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
@@ -146,15 +146,12 @@ impl Thresholds {
 impl Experiment for Thresholds {
     fn about(&self) -> About {
         let question = "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?";
-        About { name: "threshold", question, revision: 3 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({
+        let settings = json!({
             "p": PAPER_EXPONENT, "paper_mm": 1e3 * PAPER_M, "pool_demonstrations_of_three": POOL_DEMOS,
             "recording": self.recording.as_deref().and_then(|path| Some(path.file_name()?.display().to_string())),
             "recorded": self.recorded.iter().map(|k| (k.points.len(), 1e3 * k.automatic)).collect::<Vec<_>>(),
-        })
+        });
+        About { name: "threshold", question, revision: 3, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -1,6 +1,6 @@
 //! `timing`: the simulated time of decisions and whole plans.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::ablation::{GOAL, TABLE, lif};
 use crate::neurons::{Population, PopulationPlan};
@@ -21,11 +21,8 @@ const MODES: [&str; 2] = ["direct", "lif"];
 impl Experiment for Timing {
     fn about(&self) -> About {
         let question = "How many simulated ms do a decision and a plan of three steps take?";
-        About { name: "timing", question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"goal": GOAL})
+        let settings = json!({"goal": GOAL});
+        About { name: "timing", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

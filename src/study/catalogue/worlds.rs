@@ -4,7 +4,7 @@
 //! symbolic planner, which is no part of the learner: they tell whether the learned states and actions suffice. The cells of
 //! `goal-sets` are planned by the network, in direct mode.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -45,11 +45,8 @@ const SOLVED: &str = "solved";
 impl Experiment for Worlds {
     fn about(&self) -> About {
         let question = "How often is a task with known truth learned and carried out, planned by the symbolic planner or by that of goal sets, and is what was learned true?";
-        About { name: "worlds", question, revision: 1 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"moves": worlds::MOST_MOVES, "mode_of_goal-sets": "direct"})
+        let settings = json!({"moves": worlds::MOST_MOVES, "mode_of_goal-sets": "direct"});
+        About { name: "worlds", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

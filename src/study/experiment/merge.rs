@@ -29,7 +29,7 @@ pub struct Origin {
     pub seed: Seed,
     /// Number of trials of each cell, over all shards.
     pub trials: u64,
-    /// The experiment's settings ([`Experiment::settings`](super::Experiment::settings)).
+    /// The experiment's settings ([`About::settings`](super::About::settings)).
     pub settings: Value,
 }
 

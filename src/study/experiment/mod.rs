@@ -183,8 +183,8 @@ impl fmt::Display for Cell {
     }
 }
 
-/// What an experiment is called and what it asks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What an experiment is called, what it asks, and on what its outcomes depend.
+#[derive(Debug, Clone, PartialEq)]
 pub struct About {
     /// Name on the command line.
     pub name: &'static str,
@@ -193,14 +193,14 @@ pub struct About {
     /// Revision of the code, from 1. It must increase with every change after which a trial with the same settings and seed has
     /// another outcome. A journal of another revision is not resumed.
     pub revision: u32,
+    /// All settings that outcomes depend on, except the seed, the cells and the number of trials.
+    pub settings: Value,
 }
 
 /// A question that many trials answer.
 pub trait Experiment: Send + Sync {
-    /// Returns the name, the question and the revision.
+    /// Returns the name, the question, the revision and the settings.
     fn about(&self) -> About;
-    /// Returns all settings that outcomes depend on, except the seed, the cells and the number of trials.
-    fn settings(&self) -> Value;
     /// Returns the cells.
     fn cells(&self) -> Vec<Cell>;
     /// Runs a trial of a cell, one of [`cells`](Self::cells), which says by its settings what to do

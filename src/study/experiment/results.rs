@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use serde_json::{Map, Value, json};
 
 use super::{Mark, in_words};
+use crate::record::csv_field;
 use crate::study::statistics::Statistic;
 
 /// The table of a finished experiment.
@@ -95,17 +96,13 @@ impl Results {
     /// Returns the table as CSV: a header, and one line for each row.
     pub(super) fn to_csv(&self) -> String {
         let columns = self.columns();
-        let quoted = |text: Cow<'_, str>| match text.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", text.replace('"', "\"\"")),
-            false => text.into_owned(),
-        };
         let number = |number: Option<f64>| {
             number.filter(|v| v.is_finite()).map_or_else(String::new, |v| v.to_string())
         };
         let mut lines = vec![[&columns[..], &STATISTICS].concat().join(",")];
         for row in &self.rows {
             let statistic = &row.statistic;
-            let settings = columns.iter().map(|key| quoted(row.text(key)));
+            let settings = columns.iter().map(|key| csv_field(&row.text(key)).into_owned());
             let [low, high] = statistic.interval95();
             let [q5, q50, q95] = statistic.quantiles().map_or([None; 3], |q| q.map(Some));
             let spread = [Some(statistic.value()), Some(low), Some(high), statistic.sd()];

@@ -14,7 +14,7 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 
 /// The state of a shard or of a folder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ShardState {
     /// All trials are done.
     Complete,
@@ -25,6 +25,7 @@ pub enum ShardState {
     /// The folder's journal cannot be read.
     Unreadable,
     /// There is no folder, or no journal in it.
+    #[default]
     Absent,
 }
 
@@ -51,7 +52,7 @@ pub struct Missing {
 }
 
 /// A shard, or a folder whose shard is not known.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShardStatus {
     /// The shard; `None` for a folder without a readable journal whose name does not end in `-I-of-N`.
     pub shard: Option<Shard>,
@@ -353,22 +354,13 @@ fn shards(found: &[(&Path, Found)], done: &[Vec<bool>]) -> Vec<ShardStatus> {
 
 /// Returns the status of a shard whose folder is absent.
 fn of_shard(shard: Option<Shard>, done: &[Vec<bool>]) -> ShardStatus {
-    let mut status = ShardStatus {
-        shard,
-        folder: None,
-        state: ShardState::Absent,
-        done: 0,
-        trials: 0,
-        missing: Vec::new(),
-        torn_bytes: 0,
-        damaged_bytes: 0,
-        reason: None,
-    };
+    let mut status = ShardStatus { shard, ..ShardStatus::default() };
     let Some(shard) = shard else { return status };
     for (cell, done) in done.iter().enumerate() {
         let trials = missing(done, shard);
-        status.trials += own(done.len(), shard).count() as u64;
-        status.done += own(done.len(), shard).count() as u64 - trials.len() as u64;
+        let own = own(done.len(), shard).count() as u64;
+        status.trials += own;
+        status.done += own - trials.len() as u64;
         if !trials.is_empty() {
             status.missing.push(Missing { cell, trials });
         }

@@ -17,8 +17,8 @@ use thiserror::Error;
 
 use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, neurons};
 use crate::sim::{
-    Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed, SimDuration,
-    Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
+    Graph, GraphBuilder, Kind, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed,
+    SimDuration, Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
 };
 use crate::spa::cosine_of_slices;
 use crate::task::TaskError;
@@ -219,6 +219,10 @@ impl Standard {
     }
 }
 
+fn rows<K: Kind>(sim: &Simulator, probe: &ProbeId<K>) -> Vec<(f64, Vec<Real>)> {
+    sim.samples(probe).iter().map(|(t, v)| (t, v.to_vec())).collect()
+}
+
 impl Built {
     /// Returns the solved populations of the network.
     pub fn solved(&self) -> SolvedModel {
@@ -246,13 +250,9 @@ impl Built {
         let begun = Instant::now();
         sim.run_for(SimDuration::from_millis(READ_MS))?;
         let mut run_s = begun.elapsed().as_secs_f64();
-        let rows: Vec<(f64, Vec<Real>)> = match &self.probe {
-            Watched::Pointer(probe) => {
-                sim.samples(probe).iter().map(|(t, v)| (t, v.to_vec())).collect()
-            }
-            Watched::Vector(probe) => {
-                sim.samples(probe).iter().map(|(t, v)| (t, v.to_vec())).collect()
-            }
+        let rows = match &self.probe {
+            Watched::Pointer(probe) => rows(&sim, probe),
+            Watched::Vector(probe) => rows(&sim, probe),
         };
         for from in (READ_MS..self.spec.sim_ms).step_by(1_000) {
             sim.clear_recordings();

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::rest::{draw, fits, rest};
-use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
+use super::spec::{Count, Job, Kind, Lie, Quota, Spec, Start};
 use super::truth::{Extent, Need};
 use super::{Resting, Stage};
 use crate::robot::Pose;
@@ -173,13 +173,8 @@ impl Run {
         &self.spec.kinds[self.bodies[body].kind]
     }
 
-    /// The rule of the state that an object is in.
-    fn rule_of(&self, body: usize) -> Option<&Rule> {
-        Some(&self.spec.rules[self.bodies[body].at?.rule])
-    }
-
     pub(super) fn is_in(&self, body: usize, state: &str) -> bool {
-        self.rule_of(body).is_some_and(|r| r.state.name == state)
+        self.bodies[body].at.is_some_and(|at| self.spec.rules[at.rule].state.name == state)
     }
 
     /// The objects in a state; with `on`, only those relative to that reference object.

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::{Options, REVISION, Setup, begun_at, by_rules, first_action, number, unmet, world};
+use super::{Options, REVISION, Setup, begun_at, by_rules, number, unmet, world};
 use crate::sim::Seed;
 use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
 use crate::study::problems::{ProblemFiles, problems_in};
@@ -34,16 +34,12 @@ impl Ipc {
 impl Experiment for Ipc {
     fn about(&self) -> About {
         let question = "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?";
-        About { name: "ipc", question, revision: REVISION }
-    }
-
-    fn settings(&self) -> Value {
         let mut settings = self.setup.settings();
         let folder = self.folder.as_deref().and_then(|path| path.file_name());
         settings["problems"] = json!(folder.map(|name| name.to_string_lossy()));
         let of = |p: &ProblemFiles| format!("{} {} {:016x}", p.group, p.name, p.fingerprint);
         settings["files"] = self.problems.iter().map(of).collect();
-        settings
+        About { name: "ipc", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -88,7 +84,7 @@ impl Experiment for Ipc {
         Ok(outcome([
             number(length.is_some()),
             actions(length),
-            begun_at(&course, first_action),
+            begun_at(course.begun.first()),
             0.0,
             unmet,
             begun,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{REVISION, Setup, begun_at, first_action, last_action, number, rates, unmet, world};
+use super::{REVISION, Setup, begun_at, number, rates, unmet, world};
 use crate::plan::goal_sets::Course;
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -53,7 +53,7 @@ pub(super) fn readings() -> Vec<Reading> {
 /// may then reach the goal, but later.
 pub(super) fn outcome_of(course: &Course, actions: usize) -> TrialOutcome {
     let [unmet, begun] = unmet(course);
-    let last = begun_at(course, last_action);
+    let last = begun_at(course.begun.last());
     outcome([
         number(course.reached),
         number(course.reached && course.begun.len() == actions),
@@ -62,7 +62,7 @@ pub(super) fn outcome_of(course: &Course, actions: usize) -> TrialOutcome {
         unmet,
         begun,
         if course.reached { last } else { f64::NAN },
-        begun_at(course, first_action),
+        begun_at(course.begun.first()),
     ])
 }
 
@@ -86,11 +86,8 @@ const ORDERS: [(&str, bool); 2] = [("as written", false), ("random", true)];
 impl Experiment for Kitchens {
     fn about(&self) -> About {
         let question = "How often and how fast does the planner of goal sets boil water, with 2 to 5 actions left?";
-        About { name: "kitchen", question, revision: REVISION }
-    }
-
-    fn settings(&self) -> Value {
-        settings(&self.0)
+        let settings = settings(&self.0);
+        About { name: "kitchen", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

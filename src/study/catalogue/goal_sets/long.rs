@@ -1,6 +1,6 @@
 //! `long-plans`: kettle, tea and toast, and generated households, with shortest plans of 6 to 16 actions.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::kitchen::shuffled;
 use super::{REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length};
@@ -51,11 +51,8 @@ impl Experiment for LongPlans {
     fn about(&self) -> About {
         let question =
             "How often, how fast and how well does the planner of goal sets plan 6 to 16 actions?";
-        About { name: "long-plans", question, revision: REVISION }
-    }
-
-    fn settings(&self) -> Value {
-        self.0.settings()
+        let settings = self.0.settings();
+        About { name: "long-plans", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use rand::RngExt;
 use rand::seq::IndexedRandom;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::kitchen::{REACHED, SLOTS};
-use super::{REVISION, Setup, begun_at, last_action, number, rates, unmet, world};
+use super::{REVISION, Setup, begun_at, number, rates, unmet, world};
 use crate::plan::goal_sets::Course;
 use crate::plan::strips::Grounded;
 use crate::sim::Seed;
@@ -64,7 +64,7 @@ fn hands(problem: &Grounded, state: &BTreeSet<usize>) -> Vec<usize> {
 fn hand(problem: &PlanningProblem, course: &Course, seed: Seed) -> Option<(u64, usize)> {
     let rng = &mut seed.derive("", "hand").rng();
     let problem = &problem.grounded;
-    let end = last_action(course).filter(|_| course.reached).unwrap_or(LIMIT_MS);
+    let end = course.begun.last().filter(|_| course.reached).map_or(LIMIT_MS, |begun| begun.ms);
     (0..100).find_map(|_| {
         let ms = rng.random_range(1..=end);
         let choices = hands(problem, &state_at(problem, course, ms));
@@ -75,13 +75,9 @@ fn hand(problem: &PlanningProblem, course: &Course, seed: Seed) -> Option<(u64, 
 impl Experiment for Surprises {
     fn about(&self) -> About {
         let question = "How often does the planner of goal sets boil water if actions fail and another hand changes something?";
-        About { name: "surprises", question, revision: REVISION }
-    }
-
-    fn settings(&self) -> Value {
         let mut settings = self.0.settings();
         settings["failures"] = json!(FAILURES);
-        settings
+        About { name: "surprises", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -124,7 +120,7 @@ impl Experiment for Surprises {
             number(course.reached),
             unmet,
             begun,
-            if course.reached { begun_at(&course, last_action) } else { f64::NAN },
+            if course.reached { begun_at(course.begun.last()) } else { f64::NAN },
             course.starts().saturating_sub(1) as f64,
             failed as f64,
             number(meddled),

@@ -1,6 +1,6 @@
 //! `tangled`: random domains by the length of the shortest plan.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::kitchen::shuffled;
 use super::{REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length};
@@ -26,11 +26,8 @@ impl Tangled {
 impl Experiment for Tangled {
     fn about(&self) -> About {
         let question = "How often does the planner of goal sets solve random domains, by the length of the shortest plan?";
-        About { name: "tangled", question, revision: REVISION }
-    }
-
-    fn settings(&self) -> Value {
-        self.0.settings()
+        let settings = self.0.settings();
+        About { name: "tangled", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -1,6 +1,6 @@
 //! `threats`: problems in which some order of the actions is wrong, with the veto and without it.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::blind::at_random;
 use super::kitchen::{LIMIT_MS, REACHED, SLOTS, outcome_of, readings, settings, shuffled};
@@ -53,11 +53,8 @@ fn draw(kind: Kind, actions: usize, seed: Seed) -> Result<PlanningProblem, TaskE
 impl Experiment for Threats {
     fn about(&self) -> About {
         let question = "How often does the planner of goal sets find the right order, with the veto on threatened goals and without it?";
-        About { name: "threats", question, revision: REVISION }
-    }
-
-    fn settings(&self) -> Value {
-        settings(&self.0)
+        let settings = settings(&self.0);
+        About { name: "threats", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -102,6 +99,8 @@ impl Experiment for Threats {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
 
     #[test]

@@ -23,7 +23,7 @@ mod episode;
 mod noise;
 mod world;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use self::episode::episodes;
 use self::world::{ATOMS, D, STRUCTURES, Structure};
@@ -68,11 +68,8 @@ impl Experiment for Structures {
             }
             _ => "At which noise does our decoder alone fail to plan three right actions?",
         };
-        About { name: self.name, question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"dimensions": D, "atoms": ATOMS, "threshold_of_paper": 0.3})
+        let settings = json!({"dimensions": D, "atoms": ATOMS, "threshold_of_paper": 0.3});
+        About { name: self.name, question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
