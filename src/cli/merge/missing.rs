@@ -56,8 +56,7 @@ pub(super) fn described(status: &Status) -> String {
         text += &format!("Missing trials of each shard:\n\n{grid}\n");
     }
     if let Some(rerun) = status.rerun().filter(|rerun| !rerun.is_empty()) {
-        let numbers: Vec<String> =
-            rerun.iter().map(|shard| shard.index.saturating_add(1).to_string()).collect();
+        let numbers: Vec<String> = rerun.iter().map(u64::to_string).collect();
         text += &format!("Rerun: {}\n", numbers.join(","));
     }
     text

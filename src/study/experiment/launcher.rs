@@ -62,7 +62,7 @@ fn refused<T>(problem: String) -> Result<T, ShardError> {
 }
 
 /// Environment variables by name.
-pub type Variables = BTreeMap<String, String>;
+type Variables = BTreeMap<String, String>;
 
 impl ShardChoice {
     /// Returns the shard, and the variable by which a launcher numbered it; `None` for a fixed shard. The process's own environment is

@@ -86,8 +86,10 @@ impl Run<'_> {
             return Err(refused(reason));
         }
         whole.warn(observer);
-        let sorted = in_order(&outcomes);
-        journal::write(&whole.journal(), &whole.header(), &sorted, overwrite)?;
+        let trials = |cell: u32| whole.cells.get(cell as usize).map_or(0, |cell| cell.trials);
+        records.dedup_by_key(|record| (record.cell, record.trial));
+        records.retain(|record| record.trial < trials(record.cell));
+        journal::write(&whole.journal(), &whole.header(), &records, overwrite)?;
         let results = whole.results(&outcomes);
         whole.write(&results)?;
         Ok(results)
@@ -186,18 +188,4 @@ fn contradiction(records: &[Record]) -> Option<&Record> {
         same && bits(&pair[0]) != bits(&pair[1])
     };
     records.windows(2).find(contradict).and_then(|pair| pair.first())
-}
-
-/// Returns the finished trials as records, sorted by cell and trial.
-fn in_order(outcomes: &[Vec<Option<TrialOutcome>>]) -> Vec<Record> {
-    let mut records = Vec::new();
-    for (cell, outcomes) in outcomes.iter().enumerate() {
-        for (trial, outcome) in outcomes.iter().enumerate() {
-            if let Some(outcome) = outcome {
-                let (cell, trial) = (cell as u32, trial as u64);
-                records.push(Record { cell, trial, outcome: *outcome });
-            }
-        }
-    }
-    records
 }

@@ -28,7 +28,7 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 
 pub use figure::{Axis, Figure, Mark, Series, Style};
-pub use launcher::{ShardChoice, ShardError, Variables};
+pub use launcher::{ShardChoice, ShardError};
 pub use merge::Origin;
 pub use results::{Results, Row};
 pub use run::Run;

@@ -217,15 +217,17 @@ impl Status {
         self.done() == self.trials() && !self.shards.iter().any(ShardStatus::must_run)
     }
 
-    /// Returns the shards that have to run again, in order. `None` if the shards do not have a common number.
-    pub fn rerun(&self) -> Option<Vec<Shard>> {
+    /// Returns the numbers, counted from 1, of the shards that have to run again, in order. `None` if the shards do not
+    /// have a common number.
+    pub fn rerun(&self) -> Option<Vec<u64>> {
         let shards: Vec<Shard> = self.shards.iter().filter_map(|shard| shard.shard).collect();
         let of = shards.first()?.of;
         if shards.iter().any(|shard| shard.of != of) {
             return None;
         }
         let again = self.shards.iter().filter(|shard| shard.must_run());
-        let mut again: Vec<Shard> = again.filter_map(|shard| shard.shard).collect();
+        let again = again.filter_map(|shard| Some(shard.shard?.index.saturating_add(1)));
+        let mut again: Vec<u64> = again.collect();
         again.dedup();
         Some(again)
     }
@@ -254,13 +256,9 @@ impl Status {
             }
             value
         });
-        let rerun = self.rerun();
-        let numbers = |rerun: Vec<Shard>| -> Vec<u64> {
-            rerun.iter().map(|shard| shard.index.saturating_add(1)).collect()
-        };
         json!({
             "name": self.experiment, "seed": self.seed.value(), "complete": self.is_complete(),
-            "done": self.done(), "trials": self.trials(), "rerun": rerun.map(numbers),
+            "done": self.done(), "trials": self.trials(), "rerun": self.rerun(),
             "shards": shards.collect::<Vec<_>>(), "cells": cells.collect::<Vec<_>>(),
         })
     }

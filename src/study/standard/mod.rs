@@ -12,7 +12,6 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde::Serialize;
 use thiserror::Error;
 
 use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, neurons};
@@ -92,8 +91,6 @@ pub struct Standard {
     pub sim_ms: u64,
     /// Seed of neurons, pointers and inputs.
     pub seed: Seed,
-    /// Threads that compute the ticks of the run. The threads affect the run time but not the quality.
-    pub threads: Threads,
     /// Rank among the processes that share the network, if there are several. They must build and run it at the same time.
     pub ranks: Option<Ranks>,
 }
@@ -107,14 +104,13 @@ impl Default for Standard {
             choice: SelectRule::WinnerTakeAll { level: 0.5 },
             sim_ms: 1_000,
             seed: Seed::new(1),
-            threads: Threads::Auto,
             ranks: None,
         }
     }
 }
 
 /// Measurements of a run of a standard network.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// Number of neurons; 0 in direct mode.
     pub neurons: usize,
@@ -133,7 +129,7 @@ pub struct Measured {
 }
 
 /// Vocabulary tag of the pointers in [`Model::Bind`], [`Model::State`] and [`Model::Memory`].
-pub struct Plain;
+struct Plain;
 
 impl VocabTag for Plain {
     const NAME: &'static str = "plain";
@@ -234,17 +230,12 @@ impl Built {
         &self.graph
     }
 
-    /// Returns the wall-clock time of the build, in seconds.
-    pub fn build_s(&self) -> f64 {
-        self.build_s
-    }
-
     /// Runs the network and measures its speed and quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value becomes infinite or NaN.
     pub fn run(&self) -> Result<Measured, TaskError> {
-        let run = RunConfig::seeded(self.spec.seed).with_threads(self.spec.threads);
+        let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Auto);
         let mut sim = Simulator::new(self.graph.clone(), run)?;
         // Quality is measured in the first 300 ms. The rest of the run only measures time, so its samples are dropped.
         let begun = Instant::now();
