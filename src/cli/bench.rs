@@ -96,7 +96,6 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
         ranks: rank::own().cloned(),
-        ..Standard::default()
     };
     ranks::check_alike(args.load.as_deref())?;
     let progress = Progress::new(&args.common);

@@ -6,7 +6,7 @@
 //! asked for: each trace is unbound by it, and what results is cleaned up. Basal ganglia open the gates, first for the
 //! list and then for the question.
 
-use super::planners::{Slot, gated_slot, turn};
+use super::planners::{Rule, Slot, gated_slot, turn};
 use super::{Plain, Reading, Standard, Watched};
 use crate::neurons::SelectRule;
 use crate::sim::{
@@ -44,7 +44,7 @@ const WEIGHT: Real = 0.9;
 const OPEN: Real = 1.3;
 
 /// The gates that each rule opens.
-const RULES: [(&str, &[&str]); 2] =
+const RULES: [Rule; 2] =
     [("take_up", &["item", "place", "pair", "trace"]), ("ask", &["question", "answer"])];
 
 /// Adds the network. The answer is probed.

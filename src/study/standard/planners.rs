@@ -180,12 +180,15 @@ impl<V: VocabTag> Module for Slot<'_, V> {
     }
 }
 
+/// A rule's name, and the gates that it opens.
+pub(super) type Rule = (&'static str, &'static [&'static str]);
+
 /// Adds a slot whose gate opens, by `weight`, with each rule that names it as `gate`. `chosen` has the activities of the rules.
 pub(super) fn gated_slot<V: VocabTag>(
     graph: &mut GraphBuilder,
     (path, gate): (&str, &str),
     slot: Slot<'_, V>,
-    (chosen, rules, weight): (&Out<Vector>, &[(&str, &[&str])], Real),
+    (chosen, rules, weight): (&Out<Vector>, &[Rule], Real),
 ) -> SlotPorts<V> {
     let slot = graph.add(path, slot);
     let row = rules.iter().map(|(_, gates)| if gates.contains(&gate) { weight } else { 0.0 });
@@ -201,7 +204,7 @@ pub(super) fn turn(rule: usize, rules: usize) -> Vec<Real> {
 }
 
 /// Rules of the goal stack, each with the slots whose gates it opens.
-const RULES: [(&str, &[&str]); 11] = [
+const RULES: [Rule; 11] = [
     ("plan", &["goal", "action", "deep", "preconditions", "unsatisfied", "world"]),
     ("expect", &["effect"]),
     ("descend", &["subgoal"]),
