@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use symbolt::files::ResultFolder;
 use symbolt::prelude::*;
 use symbolt::study::experiment::{
@@ -71,11 +71,8 @@ impl Experiment for GateAblation {
             name: "gate",
             question: "Is the first action at the motor output a right one?",
             revision: 1,
+            settings: json!({"goal": "BOLT_ASSEMBLED"}),
         }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"goal": "BOLT_ASSEMBLED"})
     }
 
     fn cells(&self) -> Vec<Cell> {

@@ -1,31 +1,43 @@
-//! `symbolt actions`: every move that is allowed in a scene. Also a scene as a learned domain sees it.
+//! `symbolt actions`: every move that is allowed in a scene.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use anyhow::Error;
+use clap::Args;
 use serde_json::{Value, json};
-use symbolt::task::classify::{Classifier, Layout};
-use symbolt::task::compile::{Move, Problem, TargetPose};
-use symbolt::task::domain::{RelationalDomain, Situation};
-use symbolt::task::{Snapshot, TaskError};
+use symbolt::task::TaskError;
+use symbolt::task::classify::Layout;
+use symbolt::task::compile::{Move, Problem};
+use symbolt::task::domain::Situation;
 
-use super::Outcome;
-use super::args::{ActionsArgs, BadArgument};
-use super::output::{Grid, listed, use_threads, warn};
-use super::relational::metres;
+use super::end::Outcome;
+use super::look::{look, loose, position, read, target_json};
+use super::options::{Common, GroundingArgs, OutFile};
+use super::output::use_threads;
+use super::table::Grid;
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ActionsArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Scene, a file with one JSON object; - for standard input
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 /// Prints every move that the operators allow in a scene.
 pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     use_threads(&args.common)?;
-    if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
-        let problem = "the domain and the scene cannot both come from standard input (-)";
-        return Err(BadArgument(problem.into()).into());
-    }
-    let domain = RelationalDomain::read(&args.domain)?;
-    let scene = Snapshot::read(&args.scene)?;
-    let classifier = args.grounding.classifier(&domain)?;
-    let layout = look(&classifier, &domain, &scene);
+    let (domain, scene) = read(&args.domain, &args.scene)?;
+    let layout = look(&args.grounding, &domain, &scene)?;
     let situation = layout.situation();
     // Which moves are allowed does not depend on the goal.
     let problem = Problem::with_goals(&domain, &layout, Vec::new()).map_err(TaskError::from)?;
@@ -54,23 +66,11 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
         }
         text
     };
-    out.write(&text)?;
-    Ok(Outcome::Done)
+    out.write(&text)
 }
 
 fn onto<'l>(m: &Move, layout: &'l Layout) -> Option<&'l str> {
     m.reference.map(|r| &*layout.objects[r].id)
-}
-
-pub(crate) fn position(target: &TargetPose) -> String {
-    target.pose.position.map(|v| metres(v, 3)).join(", ")
-}
-
-pub(crate) fn target_json(target: &TargetPose) -> Value {
-    json!({
-        "position": target.pose.position, "orientation": target.pose.orientation,
-        "turn": target.turn.name(),
-    })
 }
 
 fn move_json(problem: &Problem<'_>, m: &Move, layout: &Layout, situation: &Situation) -> Value {
@@ -82,45 +82,4 @@ fn move_json(problem: &Problem<'_>, m: &Move, layout: &Layout, situation: &Situa
         "decided": problem.decided(m, situation),
         "open": problem.open_needs(m, situation),
     })
-}
-
-/// Finds the state of every object, and warns of objects that are equally near to two references.
-pub(crate) fn look(classifier: &Classifier, domain: &RelationalDomain, scene: &Snapshot) -> Layout {
-    let layout = classifier.classify(scene);
-    for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
-        let Some(fact) = located.fact else { continue };
-        let Some(reference) = fact.reference else { continue };
-        // Without this reference, the object is found at the other one.
-        let mut others = scene.clone();
-        others.object = None;
-        others.objects.remove(reference);
-        let own = if reference < index { index - 1 } else { index };
-        let other = classifier.classify_object(&others, own).fact.and_then(|fact| fact.reference);
-        let id = |index: usize| layout.objects[index].id.to_string();
-        let other =
-            other.map_or_else(|| "another one".into(), |o| format!("`{}`", others.objects[o].id));
-        let (object, state) = (id(index), &domain.states[fact.state].name);
-        warn(&format!(
-            "`{object}` is {state} of `{}` and of {other}, which are equally near; `{}` is taken",
-            id(reference),
-            id(reference)
-        ));
-    }
-    layout
-}
-
-/// Returns a line with the objects in no state whose kind has states; `None` if there are none.
-pub(crate) fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String> {
-    let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
-    let all = layout.objects.iter().zip(&layout.located);
-    let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
-    let loose = loose.map(|(o, l)| match l.miss {
-        None => o.id.to_string(),
-        Some(miss) => {
-            let nearest = &domain.states[miss.nearest.state].name;
-            format!("{} (nearest {nearest}, {})", o.id, miss.offset.in_words())
-        }
-    });
-    let loose: Vec<String> = loose.collect();
-    (!loose.is_empty()).then(|| listed("In no state: ", &loose))
 }

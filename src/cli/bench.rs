@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Error};
+use anyhow::{Context, Error, bail, ensure};
 use clap::Args;
 use serde_json::{Map, Value, json};
 use symbolt::files::{Overwrite, check_output, write_atomic};
@@ -15,11 +15,11 @@ use symbolt::task::planner::Unbinding;
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, number, whole};
-use super::output::{Grid, Progress, emit, emit_json, use_threads};
+use super::output::{Progress, answer, overwrite, use_threads};
+use super::table::Grid;
 use super::{rank, ranks};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct BenchArgs {
     /// Network: bind, state, memory, select, channel, planner, large or brain
     pub model: String,
@@ -63,33 +63,28 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let model: Model = args.model.parse()?;
     let population: Population = args.mode.parse()?;
     let population = population.tuned(|usual| Tuning { scale: args.neurons_scale, ..usual });
-    if !(0.3..=3600.0).contains(&args.sim_seconds) {
-        let problem = BadArgument::range("--sim-seconds", args.sim_seconds, "0.3 to 3600");
-        return Err(problem.into());
-    }
-    if args.runs == 0 || args.runs > 1_000 {
-        return Err(BadArgument::range("--runs", args.runs, "1 to 1000").into());
-    }
-    if !(args.neurons_scale > 0.0 && args.neurons_scale <= 1e3) {
-        let scale = args.neurons_scale;
-        let expected = "more than 0 and at most 1000";
-        return Err(BadArgument::range("--neurons-scale", scale, expected).into());
-    }
+    ensure!(
+        (0.3..=3600.0).contains(&args.sim_seconds),
+        BadArgument::range("--sim-seconds", args.sim_seconds, "0.3 to 3600")
+    );
+    ensure!((1..=1_000).contains(&args.runs), BadArgument::range("--runs", args.runs, "1 to 1000"));
+    ensure!(
+        args.neurons_scale > 0.0 && args.neurons_scale <= 1e3,
+        BadArgument::range("--neurons-scale", args.neurons_scale, "more than 0 and at most 1000")
+    );
     if population == Population::Direct && (args.save.is_some() || args.load.is_some()) {
         let problem = "--save and --load need --mode rate or lif: direct mode has no neurons";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument(problem.into()));
     }
-    let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
     match args.save.as_deref() {
         Some(_) if rank::own().is_some() => {
             let problem = "--save: several processes share the network, and none has all of it; save it in one process";
-            return Err(BadArgument(problem.into()).into());
+            bail!(BadArgument(problem.into()));
         }
         Some(path) if path.as_os_str() == "-" => {
-            let problem = "--save -: must be a file name; the file is binary";
-            return Err(BadArgument(problem.into()).into());
+            bail!(BadArgument("--save -: must be a file name; the file is binary".into()));
         }
-        Some(path) => check_output(path, overwrite)?,
+        Some(path) => check_output(path, overwrite(args.force))?,
         None => {}
     }
     use_threads(&args.common)?;
@@ -101,7 +96,6 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
         ranks: rank::own().cloned(),
-        ..Standard::default()
     };
     ranks::check_alike(args.load.as_deref())?;
     let progress = Progress::new(&args.common);
@@ -115,12 +109,8 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     runs.sort_by(|a, b| a.run_s.total_cmp(&b.run_s));
     let middle = runs.swap_remove(runs.len() / 2);
     drop(progress);
-    if args.common.json {
-        emit_json(&[summary(args, &middle, load_s, peak_mb)])?;
-    } else {
-        emit(&table(args, &middle, load_s, peak_mb).to_string())?;
-    }
-    Ok(Outcome::Done)
+    let json = || summary(args, &middle, load_s, peak_mb);
+    answer(&args.common, json, || table(args, &middle, load_s, peak_mb).to_string())
 }
 
 const UNBINDINGS: [(&str, Unbinding); 2] =
@@ -166,15 +156,14 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
     }
     let bytes = built.solved().encode()?;
     if let Some(path) = &args.save {
-        let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
-        write_atomic(path, &bytes, overwrite)?;
+        write_atomic(path, &bytes, overwrite(args.force))?;
     }
     let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
     let path = folder.path().join("solved");
     write_atomic(&path, &bytes, Overwrite::Never)?;
     let (again, load_s) = load(spec, model, &path)?;
     if again.solved() != built.solved() {
-        anyhow::bail!("the network loaded from its file differs from the network that was built");
+        bail!("the network loaded from its file differs from the network that was built");
     }
     Ok(Ready { built, load_s: Some(load_s), peak_mb })
 }

@@ -19,10 +19,9 @@ use symbolt::task::{Recording, Snapshot, TaskError};
 
 use super::end::Outcome;
 use super::options::Common;
-use super::output::{emit, emit_json, facts};
+use super::output::{answer, facts};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct CheckArgs {
     /// File to check; - for standard input
     pub file: PathBuf,
@@ -34,13 +33,9 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
     let bytes = read_file(&args.file, Limit::ANY)?;
     let name = args.file.display().to_string();
     let found = inspect(&bytes, &args.file)?;
-    if args.common.json {
-        emit_json(&[found])?;
-    } else {
-        let kind = found["kind"].as_str().unwrap_or("file");
-        emit(&format!("{name}: a valid {kind}: {}", facts(&found)))?;
-    }
-    Ok(Outcome::Done)
+    let kind = found["kind"].as_str().unwrap_or("file");
+    let text = || format!("{name}: a valid {kind}: {}", facts(&found));
+    answer(&args.common, || found.clone(), text)
 }
 
 /// Recognises the kind of a file, reads it and returns its counts.

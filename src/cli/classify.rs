@@ -1,16 +1,34 @@
 //! `symbolt classify`: the state of every object in a recording or scene.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::Error;
-use serde_json::{Map, Value, json};
+use clap::Args;
+use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::task::classify::{Classifier, Layout};
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::InNoState;
 use symbolt::task::{Recording, Snapshot, TaskError};
 
-use super::Outcome;
-use super::args::{BadArgument, ClassifyArgs};
-use super::output::{Grid, use_threads};
+use super::end::Outcome;
+use super::options::{Common, GroundingArgs, OutFile};
+use super::output::{not_both_standard_input, use_threads};
+use super::table::Grid;
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ClassifyArgs {
+    /// Learned domain; - for standard input
+    pub domain: PathBuf,
+    /// Recording or scene; - for standard input
+    pub recording: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub grounding: GroundingArgs,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 /// The state of an object in a snapshot.
 struct Row {
@@ -31,10 +49,7 @@ struct Row {
 pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     use_threads(&args.common)?;
-    if args.domain.as_os_str() == "-" && args.recording.as_os_str() == "-" {
-        let problem = "the domain and the recording cannot both come from standard input (-)";
-        return Err(BadArgument(problem.into()).into());
-    }
+    not_both_standard_input(("domain", &args.domain), ("recording", &args.recording))?;
     let domain = RelationalDomain::read(&args.domain)?;
     let classifier = args.grounding.classifier(&domain)?;
     let rows = rows(&domain, &classifier, &read_scenes(&args.recording)?);
@@ -44,8 +59,7 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     } else {
         table(&rows).to_string()
     };
-    out.write(&text)?;
-    Ok(Outcome::Done)
+    out.write(&text)
 }
 
 /// Classifies with hysteresis along each demonstration.
@@ -82,28 +96,17 @@ fn rows(domain: &RelationalDomain, classifier: &Classifier, scenes: &[Scene]) ->
 
 fn json(row: &Row) -> Value {
     let (demo, snapshot) = row.place.unzip();
-    let mut keys = Map::new();
-    let own = [
-        ("demo", json!(demo)),
-        ("snapshot", json!(snapshot)),
-        ("id", json!(row.id)),
-        ("kind", json!(row.kind)),
-        ("state", json!(row.state)),
-        ("distance", json!(row.distance)),
-        ("reference", json!(row.reference)),
-        ("place", json!(row.at)),
-        ("ambiguous", json!(row.ambiguous)),
-    ];
-    let missed = row.miss.iter().flat_map(|miss| {
-        [
-            ("nearest", json!(miss.nearest)),
-            ("off_mm", json!(miss.off_mm)),
-            ("off_deg", json!(miss.off_deg)),
-        ]
+    let mut keys = json!({
+        "demo": demo, "snapshot": snapshot, "id": row.id, "kind": row.kind, "state": row.state,
+        "distance": row.distance, "reference": row.reference, "place": row.at,
+        "ambiguous": row.ambiguous,
     });
-    let all = own.into_iter().chain(missed);
-    keys.extend(all.map(|(name, value)| (name.to_owned(), value)));
-    Value::Object(keys)
+    if let Some(miss) = &row.miss {
+        keys["nearest"] = json!(miss.nearest);
+        keys["off_mm"] = json!(miss.off_mm);
+        keys["off_deg"] = json!(miss.off_deg);
+    }
+    keys
 }
 
 fn table(rows: &[Row]) -> Grid {
@@ -140,7 +143,7 @@ fn table(rows: &[Row]) -> Grid {
 type Scene = (Option<(u64, u64)>, Snapshot);
 
 /// Reads all snapshots of a recording, or the only one of a scene.
-fn read_scenes(path: &std::path::Path) -> Result<Vec<Scene>, Error> {
+fn read_scenes(path: &Path) -> Result<Vec<Scene>, Error> {
     let bytes = read_file(path, Limit::RECORDING)?;
     let name = path.display().to_string();
     match Recording::parse(&bytes, &name) {

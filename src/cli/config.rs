@@ -1,16 +1,18 @@
 //! `symbolt config`: the settings of a task, and the list of tasks.
 
+use std::sync::Arc;
+
 use anyhow::Error;
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 use symbolt::task::{TaskError, tasks};
 
 use super::end::Outcome;
 use super::options::{OutFile, TaskArgs};
-use super::output::{Grid, emit, emit_json};
+use super::output::emit;
+use super::table::Grid;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ConfigArgs {
     #[command(flatten)]
     pub task: TaskArgs,
@@ -20,24 +22,26 @@ pub(crate) struct ConfigArgs {
 
 pub(crate) fn config(args: &ConfigArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
-    if args.task.listed() {
-        out.write(&table()?)?;
-        return Ok(Outcome::Done);
-    }
-    out.write(&format!("{:#}\n", args.task.task()?.settings()))?;
-    Ok(Outcome::Done)
+    let text = match args.task.listed() {
+        true => table()?,
+        false => format!("{:#}\n", args.task.task()?.settings()),
+    };
+    out.write(&text)
 }
 
 /// Prints the tasks.
 pub(crate) fn list(as_json: bool) -> Result<Outcome, Error> {
-    if as_json {
-        let all = tasks::all()?;
-        let task = |task: &std::sync::Arc<dyn tasks::Task>| json!({"name": task.name(), "description": task.description()});
-        let lines: Vec<Value> = all.iter().map(task).collect();
-        emit_json(&lines)?;
-        return Ok(Outcome::Done);
-    }
-    emit(&table()?)?;
+    let text = match as_json {
+        true => {
+            let tasks = tasks::all()?;
+            let task = |task: &Arc<dyn tasks::Task>| {
+                json!({"name": task.name(), "description": task.description()}).to_string()
+            };
+            tasks.iter().map(task).collect::<Vec<_>>().join("\n")
+        }
+        false => table()?,
+    };
+    emit(&text)?;
     Ok(Outcome::Done)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Error;
+use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
@@ -11,10 +11,10 @@ use symbolt::plan::strips::{Bodies, Domain, Literal, Shown, Trajectory};
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile};
-use super::output::{Place, Progress, counted, emit, emit_json, use_threads, warn};
+use super::output::{Place, Progress, answer_unless_quiet, use_threads, warn};
+use super::table::counted;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct LearnModelArgs {
     /// PDDL domain with types, predicates and the actions' parameters;
     /// preconditions and effects are not used; - for standard input
@@ -40,7 +40,7 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
     if inputs.filter(|path| path.as_os_str() == "-").count() > 1 {
         let problem =
             "only one of the domain and the trajectories can come from standard input (-)";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument(problem.into()));
     }
     let progress = Progress::new(&args.common);
     let bytes = read_file(&args.domain, Limit::PDDL)?;
@@ -61,17 +61,15 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
     if !(printed && args.common.json) {
         out.write(&learned.to_string())?;
     }
-    if matches!(out, Place::Stdout) {
-        // Standard output holds the model and nothing else.
-    } else if args.common.json {
-        emit_json(&[summary(&learned)])?;
-    } else if !printed && !args.common.quiet {
+    // A model on standard output is alone there.
+    if matches!(out, Place::File(..)) || printed && args.common.json {
         let done = learned.actions.iter().filter(|a| a.steps > 0).count();
         let from = match learned.trajectories {
             1 => "1 trajectory".to_owned(),
             n => format!("{n} trajectories"),
         };
-        emit(&format!("learned {} from {from}", counted(done, "action")))?;
+        let text = || format!("learned {} from {from}", counted(done, "action"));
+        answer_unless_quiet(&args.common, || summary(&learned), text)?;
     }
     Ok(Outcome::Done)
 }

@@ -1,19 +1,18 @@
 //! The commands, their arguments and their exit codes.
 
 mod actions;
-mod args;
 mod bench;
 mod check;
 mod classify;
+mod completions;
 mod config;
+mod domain_tables;
 mod end;
 mod experiment;
-mod figures;
-mod folder;
-mod goal_sets;
 mod learn;
 mod learn_model;
-mod missing;
+mod look;
+mod merge;
 mod options;
 mod output;
 mod pddl;
@@ -21,13 +20,10 @@ mod plan;
 mod rank;
 mod ranks;
 mod record;
-mod relational;
 mod rename;
-mod repeat;
 mod report;
 mod run;
 mod table;
-mod threshold;
 mod watch;
 
 use std::ffi::OsString;
@@ -35,14 +31,13 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use symbolt::files::FileError;
 use symbolt::neurons::UnknownMode;
 use symbolt::spa::VocabError;
 use symbolt::task::TaskError;
 
-pub(crate) use end::Outcome;
-use end::{BadArgument, Ended, code, sentence};
+use end::{BadArgument, Ended, Outcome, code, sentence};
 
 /// Learns symbols from demonstrations of a robot's task and plans with them.
 #[derive(Debug, Parser)]
@@ -62,15 +57,19 @@ struct Cli {
 
 /// Makes the enum of all commands, and the call of the chosen one.
 macro_rules! commands {
-    ($($(#[$help:meta])* $name:ident($args:path) => $run:path,)*) => {
+    ($($(#[$help:meta])* $name:ident($args:path) => $run:expr,)*) => {
         #[derive(Debug, Subcommand)]
         enum Command {
-            $($(#[$help])* $name($args),)*
+            $(
+                #[command(next_line_help = true, allow_negative_numbers = true)]
+                $(#[$help])*
+                $name($args),
+            )*
         }
 
         fn dispatch(cli: Cli) -> Result<Outcome, Error> {
             match cli.command {
-                $(Command::$name(args) => $run(&args),)*
+                $(Command::$name(args) => ($run)(&args),)*
             }
         }
     };
@@ -79,17 +78,17 @@ macro_rules! commands {
 // A new command is a file of its own, with its arguments, and a line here, in the order of `--help`.
 commands! {
     /// Record demonstrations, learn from them, run episodes (default)
-    Run(args::RunArgs) => run::run,
+    Run(run::RunArgs) => run::run,
     /// Record demonstrations or a single scene, with or without physics
     Record(record::RecordArgs) => record::record,
     /// Learn states and actions from a recording
-    Learn(args::LearnArgs) => learn::learn,
+    Learn(learn::LearnArgs) => learn::learn,
     /// Print the state of every object in a recording or scene
-    Classify(args::ClassifyArgs) => classify::classify,
+    Classify(classify::ClassifyArgs) => classify::classify,
     /// Print the next action in a scene, the plan, and the decision time
-    Plan(args::PlanArgs) => plan::plan,
+    Plan(plan::PlanArgs) => plan::plan,
     /// Print every action that is possible in a scene
-    Actions(args::ActionsArgs) => actions::actions,
+    Actions(actions::ActionsArgs) => actions::actions,
     /// Write a learned domain and a scene as PDDL
     Pddl(pddl::PddlArgs) => pddl::pddl,
     /// Learn an action model in PDDL from state-action trajectories
@@ -105,24 +104,12 @@ commands! {
     /// Run or resume an experiment and print its table
     Experiment(experiment::ExperimentArgs) => experiment::experiment,
     /// Merge the shards of an experiment
-    Merge(experiment::MergeArgs) => experiment::merged,
+    Merge(merge::MergeArgs) => merge::merge,
     /// Print the default settings of a task, for use with --config
     Config(config::ConfigArgs) => config::config,
     /// Print a completion script for a shell
-    Completions(CompletionsArgs) => completions,
-}
-
-#[derive(Debug, Clone, Args)]
-struct CompletionsArgs {
-    /// Shell
-    shell: clap_complete::Shell,
-}
-
-fn completions(args: &CompletionsArgs) -> Result<Outcome, Error> {
-    let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "symbolt", &mut text);
-    output::emit(&String::from_utf8_lossy(&text))?;
-    Ok(Outcome::Done)
+    #[command(next_line_help = false, allow_negative_numbers = false)]
+    Completions(completions::CompletionsArgs) => |args| completions::completions(args, Cli::command()),
 }
 
 /// Runs the command line. Returns 0 on success, 1 if the command failed, 2 for bad usage or input.

@@ -6,11 +6,12 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::Error;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::Population;
-use symbolt::sim::{Seed, VocabTag};
-use symbolt::spa::VocabularyBuilder;
+use symbolt::sim::Seed;
+use symbolt::spa::{Algebra, Hrr};
 use symbolt::task::classify::{Classifier, ClassifierRule};
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::learn::Method;
@@ -86,13 +87,6 @@ fn kind(name: &str) -> Result<PlannerKind, String> {
     })
 }
 
-/// The vocabulary that checks the options of pointers.
-struct Checked;
-
-impl VocabTag for Checked {
-    const NAME: &'static str = "checked";
-}
-
 impl PlannerArgs {
     /// Checks the options, so that a wrong option is refused before any work.
     ///
@@ -103,9 +97,7 @@ impl PlannerArgs {
         if self.kind() == PlannerKind::GoalSets {
             self.check_goal_sets(", or add --planner chain")?;
         }
-        let vocabulary = VocabularyBuilder::<Checked>::new(self.dimensions(), Seed::new(0));
-        vocabulary.build().map_err(TaskError::from)?;
-        Ok(())
+        Ok(Hrr.check_dim(self.dimensions()).map_err(TaskError::from)?)
     }
 
     /// Returns which planner is wanted for a learned domain.
@@ -165,33 +157,15 @@ impl PlannerArgs {
     }
 }
 
-/// The learner's method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MethodArg {
-    Relational,
-    Paper,
-}
+/// The learner's methods by name.
+pub(crate) const METHODS: [(&str, Method); 2] =
+    [("relational", Method::Relational), ("paper", Method::Paper)];
 
-impl From<MethodArg> for Method {
-    fn from(method: MethodArg) -> Self {
-        match method {
-            MethodArg::Relational => Self::Relational,
-            MethodArg::Paper => Self::Paper,
-        }
-    }
-}
-
-impl MethodArg {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Relational => "relational",
-            Self::Paper => "paper",
-        }
-    }
-}
+/// The rules that find the state of an object, by name. The first takes `--limit`.
+const RULES: [(&str, Rule); 2] = [("gated", Rule::Gated), ("nearest", Rule::Nearest)];
 
 /// The rule that finds the state of an object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Rule {
     Gated,
     Nearest,
@@ -202,7 +176,7 @@ pub(crate) struct GroundingArgs {
     /// Rule that finds an object's state: gated (the greatest density within
     /// --limit) or nearest (by p-norm, the paper's rule)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
-    #[arg(long, value_name = "RULE", value_enum, default_value = "gated")]
+    #[arg(long, value_name = "RULE", default_value = "gated", value_parser = named(&RULES))]
     pub grounding: Rule,
     /// Maximum distance to a state, in standard deviations
     #[arg(long, value_name = "SD", default_value_t = Classifier::LIMIT)]
@@ -223,23 +197,9 @@ impl GroundingArgs {
     }
 }
 
-/// The part that goes into the jig first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum OrderArg {
-    NutFirst,
-    BoltFirst,
-    Either,
-}
-
-impl From<OrderArg> for Order {
-    fn from(order: OrderArg) -> Self {
-        match order {
-            OrderArg::NutFirst => Self::NutFirst,
-            OrderArg::BoltFirst => Self::BoltFirst,
-            OrderArg::Either => Self::Either,
-        }
-    }
-}
+/// The parts that can go into the jig first, by name.
+const ORDERS: [(&str, Order); 3] =
+    [("nut-first", Order::NutFirst), ("bolt-first", Order::BoltFirst), ("either", Order::Either)];
 
 /// The task.
 #[derive(Debug, Clone, Args)]
@@ -321,10 +281,8 @@ impl DemoArgs {
     /// Returns the task to demonstrate.
     pub fn task(&self) -> Result<Arc<dyn Task>, Error> {
         let options = [("--demo-nuts", self.demo_nuts), ("--demo-bolts", self.demo_bolts)];
-        self.with_parts(options).map_err(|error| match error.downcast() {
-            Ok(error) => demonstrated(error),
-            Err(other) => other,
-        })
+        let named = |error: Error| error.downcast().map_or_else(|other| other, demonstrated);
+        self.with_parts(options).map_err(named)
     }
 
     /// Returns the task with the settings of the configuration file, and with these numbers of nuts and bolts. Each
@@ -425,14 +383,9 @@ impl SensingArgs {
 
 /// Names the option of demonstrations in an error about their task.
 pub(crate) fn demonstrated(error: TaskError) -> Error {
-    let option = match &error {
-        TaskError::Setting { name: "nuts", .. } => "--demo-nuts",
-        TaskError::Setting { name: "bolts", .. } => "--demo-bolts",
-        _ => return error.into(),
-    };
     match error {
-        TaskError::Setting { value, expected, .. } => {
-            BadArgument::range(option, value, expected).into()
+        TaskError::Setting { name: name @ ("nuts" | "bolts"), value, expected } => {
+            BadArgument::range(&format!("--demo-{name}"), value, expected).into()
         }
         other => other.into(),
     }
@@ -444,8 +397,8 @@ pub(crate) struct SyntheticArgs {
     /// Part that goes into the jig first: nut-first, bolt-first
     /// or either (at random)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
-    #[arg(long, value_enum, default_value = "either", requires = "kinematic")]
-    pub order: OrderArg,
+    #[arg(long, default_value = "either", requires = "kinematic", value_parser = named(&ORDERS))]
+    pub order: Order,
     /// Probability that an attempt fails, 0 to 0.9
     #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
     #[arg(value_parser = number::<f64>)]
@@ -469,13 +422,24 @@ impl SyntheticArgs {
             demos: demos.demos,
             nuts: demos.demo_nuts.unwrap_or(1),
             bolts: demos.demo_bolts.unwrap_or(1),
-            order: self.order.into(),
+            order: self.order,
             fail_rate: self.fail_rate,
             loss_rate: self.loss_rate,
             knock_rate: self.knock_rate,
             events: !self.no_events,
         }
     }
+}
+
+/// Reads one of several names.
+pub(crate) fn named<T: Copy + Send + Sync>(
+    choices: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    let names = PossibleValuesParser::new(choices.iter().map(|(name, _)| *name));
+    names.try_map(|name| {
+        let chosen = choices.iter().find(|(known, _)| *known == name);
+        chosen.map(|(_, choice)| *choice).ok_or("must be one of the names")
+    })
 }
 
 /// Reads a whole number.

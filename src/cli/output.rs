@@ -1,20 +1,19 @@
 //! Results to standard output, progress to standard error, and the checks that all commands share.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
 use anyhow::{Context, Error};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::Value;
-use symbolt::files::{Overwrite, check_output, write_atomic};
+use serde_json::{Map, Value};
+use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
 
-use super::end::BadArgument;
+use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile};
 use super::rank::{leads, own};
-
-pub(crate) use super::table::{Grid, section, unbroken, wrapped};
+use super::table::counted;
 
 /// Writes a result to standard output in one call. Of several processes that share a command only the first writes.
 pub(crate) fn emit(text: &str) -> Result<(), Error> {
@@ -32,10 +31,31 @@ pub(crate) fn emit(text: &str) -> Result<(), Error> {
     write().context("cannot write to standard output")
 }
 
-/// Writes one JSON object per line.
-pub(crate) fn emit_json(values: &[Value]) -> Result<(), Error> {
-    let lines: Vec<String> = values.iter().map(Value::to_string).collect();
-    emit(&lines.join("\n"))
+/// Writes a JSON object with `--json`, otherwise a text.
+pub(crate) fn answer(
+    common: &Common,
+    json: impl FnOnce() -> Value,
+    text: impl FnOnce() -> String,
+) -> Result<Outcome, Error> {
+    emit(&if common.json { json().to_string() } else { text() })?;
+    Ok(Outcome::Done)
+}
+
+/// As [`answer`], but with `--quiet` without the text.
+pub(crate) fn answer_unless_quiet(
+    common: &Common,
+    json: impl FnOnce() -> Value,
+    text: impl FnOnce() -> String,
+) -> Result<Outcome, Error> {
+    if common.quiet && !common.json { Ok(Outcome::Done) } else { answer(common, json, text) }
+}
+
+/// Returns the keys of a JSON object.
+pub(crate) fn keys(object: Value) -> Map<String, Value> {
+    match object {
+        Value::Object(keys) => keys,
+        _ => Map::new(),
+    }
 }
 
 /// The place for a command's result.
@@ -58,7 +78,7 @@ impl Place {
             None => Ok(Self::Default),
             Some(path) if path.as_os_str() == "-" => Ok(Self::Stdout),
             Some(path) => {
-                let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
+                let overwrite = overwrite(force);
                 check_output(path, overwrite)?;
                 Ok(Self::File(path.into(), overwrite))
             }
@@ -66,11 +86,12 @@ impl Place {
     }
 
     /// Writes a result to the file, or to standard output if there is none.
-    pub fn write(&self, text: &str) -> Result<(), Error> {
+    pub fn write(&self, text: &str) -> Result<Outcome, Error> {
         match self {
-            Self::File(path, overwrite) => Ok(write_atomic(path, text, *overwrite)?),
-            Self::Default | Self::Stdout => emit(text),
+            Self::File(path, overwrite) => write_atomic(path, text, *overwrite)?,
+            Self::Default | Self::Stdout => emit(text)?,
         }
+        Ok(Outcome::Done)
     }
 }
 
@@ -81,37 +102,68 @@ impl OutFile {
     }
 }
 
+/// Refuses `-`, which elsewhere means standard output, as the folder of `--out`.
+pub(crate) fn not_standard_output(folder: &Path) -> Result<(), BadArgument> {
+    if folder.as_os_str() == "-" {
+        let problem = "--out -: must be a folder; for a folder of this name write ./-";
+        return Err(BadArgument(problem.into()));
+    }
+    Ok(())
+}
+
+/// Refuses two inputs, each with its name in the sentence, of which both come from standard input.
+pub(crate) fn not_both_standard_input(
+    (one, first): (&str, &Path),
+    (other, second): (&str, &Path),
+) -> Result<(), BadArgument> {
+    if first.as_os_str() == "-" && second.as_os_str() == "-" {
+        let problem = format!("the {one} and the {other} cannot both come from standard input (-)");
+        return Err(BadArgument(problem));
+    }
+    Ok(())
+}
+
+/// Prints a warning about a folder, if there is one.
+pub(crate) fn warn_of(folder: &ResultFolder) {
+    if let Some(warning) = folder.warning() {
+        warn(&warning.to_string());
+    }
+}
+
+/// Returns whether files may be replaced, as `--force` says.
+pub(crate) fn overwrite(force: bool) -> Overwrite {
+    if force { Overwrite::Allowed } else { Overwrite::Never }
+}
+
 /// Shows progress on standard error: a spinner on a terminal, plain lines elsewhere.
 pub(crate) struct Progress {
-    bar: Option<ProgressBar>,
+    /// It is hidden elsewhere than on a terminal, and with `--quiet`.
+    bar: ProgressBar,
     lines: bool,
 }
 
 impl Progress {
     pub fn new(common: &Common) -> Self {
-        let terminal = std::io::stderr().is_terminal();
         let quiet = common.quiet || !leads();
-        let bar = (terminal && !quiet).then(|| {
-            let bar = ProgressBar::new_spinner();
+        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+        let progress = Self { lines: !quiet && bar.is_hidden(), bar };
+        if progress.lively() {
             if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
-                bar.set_style(style);
+                progress.bar.set_style(style);
             }
-            bar.enable_steady_tick(Duration::from_millis(100));
-            bar
-        });
-        Self { bar, lines: !terminal && !quiet }
+            progress.bar.enable_steady_tick(Duration::from_millis(100));
+        }
+        progress
     }
 
     /// Returns whether progress goes to a terminal, where a line can change.
     pub fn lively(&self) -> bool {
-        self.bar.is_some()
+        !self.bar.is_hidden()
     }
 
     /// Changes the line on a terminal. Elsewhere it does nothing.
     pub fn show(&self, what: String) {
-        if let Some(bar) = &self.bar {
-            bar.set_message(what);
-        }
+        self.bar.set_message(what);
     }
 
     /// Prints a step: as a line of its own, or in the spinner's line on a terminal.
@@ -120,17 +172,13 @@ impl Progress {
         if self.lines {
             let _ = writeln!(std::io::stderr(), "{what}");
         }
-        if let Some(bar) = &self.bar {
-            bar.set_message(what);
-        }
+        self.show(what);
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.finish_and_clear();
     }
 }
 
@@ -161,11 +209,6 @@ fn warn_of_binding(threads: usize) {
     }
 }
 
-/// Formats a length given in metres as millimetres, without the unit.
-pub(crate) fn mm(metres: f64) -> String {
-    format!("{:.3}", metres * 1e3)
-}
-
 /// Formats the counts of a JSON object: `3 demonstrations, 24 snapshots`. The key `kind` is left out.
 pub(crate) fn facts(summary: &Value) -> String {
     let fact = |(key, value): (&String, &Value)| match (key.as_str(), value.as_u64()) {
@@ -178,14 +221,4 @@ pub(crate) fn facts(summary: &Value) -> String {
     };
     let facts = summary.as_object().into_iter().flatten().filter_map(fact);
     facts.collect::<Vec<_>>().join(", ")
-}
-
-/// Formats a count with its noun: `1 nut`, `2 nuts`.
-pub(crate) fn counted(number: usize, what: &str) -> String {
-    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
-}
-/// Lists names after a title, broken between names.
-pub(crate) fn listed(title: &str, names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
-    wrapped(&(unbroken(title) + &names.join(", ")), title.len())
 }

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 use anyhow::Error;
 use clap::Args;
 use serde_json::json;
-use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
+use symbolt::files::{ResultFolder, check_output, write_atomic};
 use symbolt::task::compile::Problem;
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::pddl::{Written, of_relational};
 use symbolt::task::{Snapshot, TaskError};
 
-use super::actions::look;
-use super::end::{BadArgument, Outcome};
-use super::folder::not_standard_output;
+use super::end::Outcome;
+use super::look::{look, read, wanted};
 use super::options::{Common, GroundingArgs};
-use super::output::{Progress, counted, emit, emit_json, use_threads, warn};
-use super::plan::wanted;
+use super::output::{
+    Progress, answer_unless_quiet, not_standard_output, overwrite, use_threads, warn, warn_of,
+};
+use super::table::counted;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct PddlArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -46,23 +46,16 @@ const FILES: [&str; 2] = ["domain.pddl", "problem.pddl"];
 
 pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     not_standard_output(&args.out)?;
-    if args.domain.as_os_str() == "-" && args.scene.as_os_str() == "-" {
-        let problem = "the domain and the scene cannot both come from standard input (-)";
-        return Err(BadArgument(problem.into()).into());
-    }
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
-    let domain = RelationalDomain::read(&args.domain)?;
-    let scene = Snapshot::read(&args.scene)?;
+    let (domain, scene) = read(&args.domain, &args.scene)?;
     let name = args.domain.file_stem().map_or_else(|| "domain".into(), |n| n.to_string_lossy());
     let written = write(args, &domain, &scene, &name)?;
     drop(progress);
-    let overwrite = if args.force { Overwrite::Allowed } else { Overwrite::Never };
+    let overwrite = overwrite(args.force);
     let texts = [written.domain_text(), written.problem_text()];
     let folder = ResultFolder::open(&args.out)?;
-    if let Some(warning) = folder.warning() {
-        warn(&warning.to_string());
-    }
+    warn_of(&folder);
     // Either both files are written or none.
     for file in FILES {
         check_output(&args.out.join(file), overwrite)?;
@@ -72,17 +65,17 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     }
     let [predicates, actions, facts] =
         [written.domain.predicates.len(), written.domain.actions.len(), written.problem.init.len()];
-    if args.common.json {
-        emit_json(&[json!({
+    let json = || {
+        json!({
             "domain": args.out.join(FILES[0]), "problem": args.out.join(FILES[1]),
             "predicates": predicates, "actions": actions, "facts": facts,
-        })])?;
-    } else if !args.common.quiet {
+        })
+    };
+    answer_unless_quiet(&args.common, json, || {
         let size =
             [counted(predicates, "predicate"), counted(actions, "action"), counted(facts, "fact")];
-        emit(&format!("wrote {} and {}: {}", FILES[0], FILES[1], size.join(", ")))?;
-    }
-    Ok(Outcome::Done)
+        format!("wrote {} and {}: {}", FILES[0], FILES[1], size.join(", "))
+    })
 }
 
 fn write(
@@ -92,7 +85,7 @@ fn write(
     name: &str,
 ) -> Result<Written, Error> {
     let goals = wanted(domain, args.goal.as_deref())?;
-    let layout = look(&args.grounding.classifier(domain)?, domain, scene);
+    let layout = look(&args.grounding, domain, scene)?;
     let now = layout.situation();
     let problem = Problem::with_goals(domain, &layout, goals).map_err(TaskError::from)?;
     let ground = problem.ground(&now).map_err(TaskError::from)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, Error};
+use anyhow::{Context, Error, bail};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::solver_signature;
 use symbolt::sim::{Fingerprint, launched};
@@ -38,7 +38,7 @@ pub(crate) fn check_alike(load: Option<&Path>) -> Result<(), Error> {
         (model, what),
     ] {
         if let Some(rank) = ranks.differs(number).map_err(Error::from)? {
-            return Err(BadArgument(format!("rank {rank} {what}")).into());
+            bail!(BadArgument(format!("rank {rank} {what}")));
         }
     }
     Ok(())

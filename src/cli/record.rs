@@ -1,6 +1,6 @@
 //! `symbolt record`: demonstrations or a single scene, in physics or from the generator without physics.
 
-use anyhow::Error;
+use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use symbolt::robot::scene::Scene;
@@ -11,11 +11,11 @@ use symbolt::task::{Recorder, Sensing, Snapshot};
 use super::config;
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, DemoArgs, OutFile, SensingArgs, SyntheticArgs, demonstrated};
-use super::output::{Place, Progress, emit, emit_json, facts, use_threads, wrapped};
+use super::output::{Place, Progress, answer_unless_quiet, facts, use_threads};
+use super::table::wrapped;
 use super::watch::ProgressLine;
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
     pub common: Common,
@@ -43,7 +43,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     }
     if args.kinematic && args.demos.config.is_some() {
         let problem = "--config needs the scene in physics; it cannot be used with --kinematic";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument(problem.into()));
     }
     if args.demos.task.listed() {
         return config::list(args.common.json);
@@ -51,7 +51,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
     if args.kinematic && (args.demos.task.task.is_some() || args.demos.task.task_file.is_some()) {
         let problem =
             "--kinematic generates only nuts and bolts; without it, every --task can be recorded";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument(problem.into()));
     }
     let sensing = args.demos.sensing.sensing()?;
     use_threads(&args.common)?;
@@ -59,12 +59,8 @@ pub(crate) fn record(args: &RecordArgs) -> Result<Outcome, Error> {
         if args.kinematic { synthetic(args, &sensing)? } else { physical(args, &sensing)? };
     out.write(&text)?;
     if let Place::File(path, _) = &out {
-        if args.common.json {
-            emit_json(&[summary])?;
-        } else if !args.common.quiet {
-            let line = format!("Wrote {}: {}", path.display(), facts(&summary));
-            emit(&wrapped(&line, 6))?;
-        }
+        let text = || wrapped(&format!("Wrote {}: {}", path.display(), facts(&summary)), 6);
+        answer_unless_quiet(&args.common, || summary.clone(), text)?;
     }
     Ok(Outcome::Done)
 }
@@ -74,7 +70,7 @@ fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Err
     let (task, seed) = (args.demos.task()?, Seed::new(args.common.seed));
     if args.labels {
         let problem = "--labels needs --kinematic: demonstrations in physics have no labels";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument(problem.into()));
     }
     if args.scene {
         let (seen, _) = Recorder::default().look(&Scene::new(task.scene(seed)?)?);

@@ -2,19 +2,18 @@
 
 use std::path::PathBuf;
 
-use anyhow::Error;
+use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::json;
 use symbolt::files::Overwrite;
 use symbolt::task::domain::RelationalDomain;
 
+use super::domain_tables::domain_tables;
 use super::end::{BadArgument, Outcome};
 use super::options::Common;
-use super::output::{Place, emit, emit_json};
-use super::relational;
+use super::output::{Place, answer_unless_quiet};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct RenameArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
@@ -42,20 +41,16 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
     let mut renames = Vec::new();
     for pair in &args.names {
         let Some((old, new)) = pair.split_once('=') else {
-            let problem = format!("`{pair}` is not of the form OLD=NEW");
-            return Err(BadArgument(problem).into());
+            bail!(BadArgument(format!("`{pair}` is not of the form OLD=NEW")));
         };
         renames.push((old.to_owned(), new.to_owned()));
     }
     let domain = RelationalDomain::read(&args.domain)?.rename(&renames)?;
-    let text = domain.to_json()?;
-    out.write(&text)?;
-    if matches!(out, Place::Stdout) {
-        // Standard output holds the domain file and nothing else.
-    } else if args.common.json {
-        emit_json(&[json!({"renamed": renames.len()})])?;
-    } else if !args.common.quiet {
-        emit(&relational::domain_tables(&domain))?;
+    out.write(&domain.to_json()?)?;
+    // With the domain file, standard output holds nothing else.
+    if !matches!(out, Place::Stdout) {
+        let json = || json!({"renamed": renames.len()});
+        answer_unless_quiet(&args.common, json, || domain_tables(&domain))?;
     }
     Ok(Outcome::Done)
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Error;
+use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::json;
 use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, read_beginning};
@@ -10,10 +10,9 @@ use symbolt::report::{TITLE, report};
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile};
-use super::output::{Place, emit, emit_json, warn};
+use super::output::{Place, answer, warn, warn_of};
 
 #[derive(Debug, Clone, Args)]
-#[command(next_line_help = true, allow_negative_numbers = true)]
 pub(crate) struct ReportArgs {
     /// Folder of a run, of an experiment, or of several experiments' folders
     pub folder: PathBuf,
@@ -35,18 +34,18 @@ pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
         report.missing.iter().for_each(|missing| warn(&format!("missing: {missing}")));
         return Ok(Outcome::Done);
     };
-    if args.common.json {
-        let bytes = report.html.len();
+    let bytes = report.html.len();
+    let json = || {
         let file = path.display().to_string();
-        emit_json(&[json!({"file": file, "bytes": bytes, "missing": report.missing})])?;
-        return Ok(Outcome::Done);
-    }
-    let mut text = format!("Wrote {} ({:.1} MB)", path.display(), report.html.len() as f64 / 1e6);
-    for missing in &report.missing {
-        text += &format!("\nMissing: {missing}");
-    }
-    emit(&text)?;
-    Ok(Outcome::Done)
+        json!({"file": file, "bytes": bytes, "missing": report.missing})
+    };
+    answer(&args.common, json, || {
+        let mut text = format!("Wrote {} ({:.1} MB)", path.display(), bytes as f64 / 1e6);
+        for missing in &report.missing {
+            text += &format!("\nMissing: {missing}");
+        }
+        text
+    })
 }
 
 /// Returns the place for the page. If that is the folder which the page shows, the folder is locked.
@@ -64,13 +63,11 @@ fn place(args: &ReportArgs) -> Result<(Place, Option<ResultFolder>), Error> {
             "{} was not written by symbolt; choose another file with --out, or add --force to replace it",
             page.display()
         );
-        return Err(BadArgument(problem).into());
+        bail!(BadArgument(problem));
     }
     check_output(&page, Overwrite::Allowed)?;
     let held = ResultFolder::open(&args.folder)?;
-    if let Some(warning) = held.warning() {
-        warn(&warning.to_string());
-    }
+    warn_of(&held);
     Ok((Place::File(page, Overwrite::Allowed), Some(held)))
 }
 

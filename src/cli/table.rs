@@ -19,6 +19,17 @@ pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     shown(&lines.join(&format!("\n{:indent$}", "")))
 }
 
+/// Formats a count with its noun: `1 nut`, `2 nuts`.
+pub(crate) fn counted(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
+}
+
+/// Lists names after a title, broken between names.
+pub(crate) fn listed(title: &str, names: &[String]) -> String {
+    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
+    wrapped(&(unbroken(title) + &names.join(", ")), title.len())
+}
+
 /// Appends a title and, if it has rows, its table.
 pub(crate) fn section(text: &mut String, title: &str, grid: &Grid) {
     let _ = match grid.is_empty() {

@@ -16,5 +16,5 @@ mod series;
 
 pub use page::RunPage;
 pub use recordings::Recordings;
-pub(crate) use series::COLOURS;
 pub use series::TimeSeries;
+pub(crate) use series::{COLOURS, csv_field};

@@ -281,7 +281,7 @@ impl fmt::Display for TimeSeries {
 }
 
 /// Returns a field of a table in CSV: in quotes if it needs them (RFC 4180).
-fn csv_field(text: &str) -> Cow<'_, str> {
+pub(crate) fn csv_field(text: &str) -> Cow<'_, str> {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")).into(),
         false => text.into(),

@@ -23,7 +23,7 @@ use crate::task::TaskError;
 use crate::task::execute::ActivityRecorder;
 
 /// The arrays of a run's recorded episode.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Arrays {
     frames_t: Array1<f64>,
     angles: Array2<f32>,
@@ -131,7 +131,7 @@ impl Arrays {
     /// A sentence on the reason if the bytes are not a file of arrays.
     pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
         let mut npz = NpzReader::new(bytes).map_err(|error| error.to_string())?;
-        let (mut arrays, mut odd) = (Self::empty(), Vec::new());
+        let (mut arrays, mut odd) = (Self::default(), Vec::new());
         match Self::read_frames(&mut npz) {
             Ok(frames) => {
                 (arrays.frames_t, arrays.angles, arrays.fingers, arrays.parts) = frames;
@@ -189,28 +189,13 @@ impl Arrays {
         Ok(frames)
     }
 
-    /// Returns empty arrays.
-    fn empty() -> Self {
-        Self {
-            frames_t: Array1::default(0),
-            angles: Array2::default((0, 7)),
-            fingers: Array2::default((0, 2)),
-            parts: Array3::default((0, 0, 7)),
-            modules_t: Array1::default(0),
-            modules: Vec::new(),
-            spikes_t: Array1::default(0),
-            spikes_row: Array1::default(0),
-            unread: Vec::new(),
-        }
-    }
-
     fn forget_frames(&mut self) {
-        let Self { frames_t, angles, fingers, parts, .. } = Self::empty();
+        let Self { frames_t, angles, fingers, parts, .. } = Self::default();
         (self.frames_t, self.angles, self.fingers, self.parts) = (frames_t, angles, fingers, parts);
     }
 
     fn forget_activity(&mut self) {
-        let Self { modules_t, modules, spikes_t, spikes_row, .. } = Self::empty();
+        let Self { modules_t, modules, spikes_t, spikes_row, .. } = Self::default();
         (self.modules_t, self.modules) = (modules_t, modules);
         (self.spikes_t, self.spikes_row) = (spikes_t, spikes_row);
     }
@@ -250,8 +235,7 @@ impl Arrays {
         }
         if !rising(&self.modules_t) {
             odd.push("modules_t is not an ascending list of times in an episode".into());
-            self.modules_t = Array1::default(0);
-            self.modules.clear();
+            (self.modules_t, self.modules) = Default::default();
         } else {
             let of = |name: &str| self.modules.iter().find(|(own, _)| own == name);
             for ModuleFacts { name, names, .. } in &facts.modules {
@@ -277,8 +261,7 @@ impl Arrays {
                 true => "the spikes do not fit the populations in run.json".into(),
                 false => "spikes_t is not an ascending list of times in an episode".into(),
             });
-            self.spikes_t = Array1::default(0);
-            self.spikes_row = Array1::default(0);
+            (self.spikes_t, self.spikes_row) = Default::default();
         }
         (self, odd)
     }

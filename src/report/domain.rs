@@ -2,18 +2,12 @@
 
 use serde_json::{Value, json};
 
-use crate::task::TaskError;
 use crate::task::domain::{
     Coordinate, Frame, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
 };
 
-/// Reads a domain file of any version and returns it as the page reads it.
-pub(super) fn to_page(bytes: &[u8], name: &str) -> Result<Value, TaskError> {
-    RelationalDomain::parse(bytes, name).map(|domain| framed(&domain))
-}
-
-/// Returns a domain with frames as the page reads it: tables in words, and the ellipsoids of the 3-D view.
-fn framed(domain: &RelationalDomain) -> Value {
+/// Returns a domain as the page reads it: tables in words, and the ellipsoids of the 3-D view.
+pub(super) fn to_page(domain: &RelationalDomain) -> Value {
     let goals: Vec<String> = domain.goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     json!({
         "framed": true,

@@ -22,6 +22,7 @@ pub use page::TITLE;
 use crate::files::{FileError, Limit, read_regular_file};
 use crate::robot::scene::{Outline, SceneSpec};
 use crate::task::TaskError;
+use crate::task::domain::RelationalDomain;
 use crate::task::recording::Recording;
 
 /// A page, and a list of what it cannot show.
@@ -160,7 +161,8 @@ fn of_run(folder: &Path) -> Report {
         }
     });
     let domain = reader.take("domain.json", Limit::DOMAIN, |bytes, name| {
-        domain::to_page(bytes, name).map_err(|e| e.to_string())
+        let read = RelationalDomain::parse(bytes, name).map_err(|e| e.to_string());
+        read.map(|domain| domain::to_page(&domain))
     });
     let shown = reader.take("recording.jsonl", Limit::RECORDING, |bytes, name| {
         let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;

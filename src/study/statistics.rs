@@ -210,20 +210,18 @@ impl Statistic {
         }
     }
 
+    fn mean(&self) -> Option<&Mean> {
+        if let Self::Mean(mean) = self { Some(mean) } else { None }
+    }
+
     /// Returns the standard deviation of a mean's numbers; `None` for a rate.
     pub fn sd(&self) -> Option<f64> {
-        match self {
-            Self::Rate(_) => None,
-            Self::Mean(mean) => Some(mean.sd),
-        }
+        self.mean().map(|mean| mean.sd)
     }
 
     /// Returns the 5%, 50% and 95% quantiles of a mean's numbers; `None` for a rate.
     pub fn quantiles(&self) -> Option<[f64; 3]> {
-        match self {
-            Self::Rate(_) => None,
-            Self::Mean(mean) => Some(mean.quantiles),
-        }
+        self.mean().map(|mean| mean.quantiles)
     }
 
     /// Returns the effective number of independent trials of a rate; `None` for a mean.

@@ -121,7 +121,8 @@ fn an_experiment_tells_of_every_trial_that_is_done_and_last_of_all_of_them() {
     let options = Options { trials: Some(5), ..Default::default() };
     let experiment = find("figure-1a", &options).expect("there is one");
     let results = ResultFolder::open(folder.path()).expect("opens");
-    let run = Run::new(&*experiment, Seed::new(1), Shard::default(), results);
+    let run =
+        Run::new(&*experiment, Seed::new(1), Shard::default(), results).with_trials(options.trials);
     let mut told = Vec::new();
     let results = run.go(&mut |event: &Event<'_>| {
         if let Event::Trials { done, of } = event {

@@ -24,7 +24,7 @@ fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
 /// Returns the problems in a folder: group, name, and a number that tells the text of both files.
 fn problems_in(place: &Path) -> Result<Vec<String>, TaskError> {
     let options = Options { problems: Some(place.into()), ..Options::default() };
-    let settings = find("ipc", &options)?.settings();
+    let settings = find("ipc", &options)?.about().settings;
     let files = settings["files"].as_array().expect("a list").iter();
     Ok(files.map(|file| file.as_str().expect("text").to_owned()).collect())
 }

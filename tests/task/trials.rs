@@ -4,7 +4,7 @@
 
 use serde_json::json;
 use symbolt::sim::Seed;
-use symbolt::study::experiment::{Cell, Launcher, Plan, Shard, ShardChoice, ShardError, Status};
+use symbolt::study::experiment::{Cell, Plan, Shard, ShardChoice, ShardError, Status};
 
 const HQ_TASK_ID: &str = "HQ_TASK_ID";
 const ARRAY_ID: &str = "SLURM_ARRAY_TASK_ID";
@@ -18,7 +18,7 @@ const STEP_RANK: &str = "SLURM_PROCID";
 const STEP_TASKS: &str = "SLURM_STEP_NUM_TASKS";
 
 /// Resolves `choice` with variables written as `NAME=VALUE NAME=VALUE`.
-fn chosen(choice: &str, text: &str) -> Result<(Shard, Option<Launcher>), ShardError> {
+fn chosen(choice: &str, text: &str) -> Result<(Shard, Option<&'static str>), ShardError> {
     let pairs = text.split_whitespace().filter_map(|pair| pair.split_once('='));
     let variables = pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
     choice.parse::<ShardChoice>().expect("a choice").resolve(&variables)
@@ -26,6 +26,10 @@ fn chosen(choice: &str, text: &str) -> Result<(Shard, Option<Launcher>), ShardEr
 
 fn shard(choice: &str, text: &str) -> String {
     chosen(choice, text).expect("a shard").0.to_string()
+}
+
+fn refused(choice: &str, text: &str) -> String {
+    chosen(choice, text).expect_err(text).to_string()
 }
 
 fn array_of(id: u64, [min, max, count, step]: [u64; 4]) -> String {
@@ -37,8 +41,8 @@ fn array_of(id: u64, [min, max, count, step]: [u64; 4]) -> String {
 #[test]
 fn choices_are_read_and_others_refused() {
     for text in ["", "auto/", "auto/0", "auto/x", "autos", "auto/1/2", "0/3", "4/3", "1", "a/b"] {
-        let refused = text.parse::<ShardChoice>().expect_err(text).to_string();
-        assert!(refused.contains("auto/N"), "{text}: {refused}");
+        let problem = text.parse::<ShardChoice>().expect_err(text).to_string();
+        assert!(problem.contains("auto/N"), "{text}: {problem}");
     }
     assert_eq!(
         "2/4".parse::<ShardChoice>().ok(),
@@ -64,24 +68,19 @@ fn arrays_begin_anywhere_and_have_a_step() {
     assert_eq!(shard("auto", &array_of(1, [1, 1, 1, 1])), "1/1");
     // A step of one process inside a task of the array changes nothing.
     let inside = format!("{} {STEP_RANK}=0 {STEP_TASKS}=1", array_of(2, [0, 3, 4, 1]));
-    assert_eq!(
-        chosen("auto", &inside),
-        Ok((Shard { index: 2, of: 4 }, Some(Launcher::SlurmArray)))
-    );
+    assert_eq!(chosen("auto", &inside), Ok((Shard { index: 2, of: 4 }, Some(ARRAY_ID))));
 }
 
 #[test]
 fn an_array_with_gaps_needs_the_number_of_shards() {
     for (id, shape) in [(3, [0, 7, 3, 1]), (0, [0, 7, 3, 3]), (1, [0, 6, 3, 3]), (7, [1, 7, 5, 2])]
     {
-        let refused = chosen("auto", &array_of(id, shape));
-        assert!(matches!(refused, Err(ShardError::Gaps { .. })), "{refused:?}");
+        let text = refused("auto", &array_of(id, shape));
+        assert!(text.contains("leave gaps") && text.contains("auto/N"), "{text}");
     }
-    let text = chosen("auto", &array_of(3, [0, 7, 3, 1])).expect_err("gaps").to_string();
-    assert!(text.contains("leave gaps") && text.contains("auto/N"), "{text}");
     // A part that happens to have no gaps, as in `--array=3-5` and `--array=5`.
     for (id, shape) in [(4, [3, 5, 3, 1]), (5, [5, 5, 1, 1])] {
-        let text = chosen("auto", &array_of(id, shape)).expect_err("a part").to_string();
+        let text = refused("auto", &array_of(id, shape));
         assert!(text.contains(&format!("MIN is {}; expected 0 or 1", shape[0])), "{text}");
     }
     // The same tasks under their own numbers.
@@ -89,7 +88,7 @@ fn an_array_with_gaps_needs_the_number_of_shards() {
         assert_eq!(shard("auto/8", &array_of(id, [2, 7, 3, 1])), format!("{id}/8"));
     }
     for id in [0, 9] {
-        let text = chosen("auto/8", &array_of(id, [0, 9, 2, 9])).expect_err("refused").to_string();
+        let text = refused("auto/8", &array_of(id, [0, 9, 2, 9]));
         assert!(text.contains(&format!("{ARRAY_ID} is {id}; expected 1 to 8")), "{text}");
     }
 }
@@ -99,20 +98,20 @@ fn ranks_of_steps_and_of_open_mpi_count_from_0() {
     let job = "SLURM_JOB_ID=7 SLURM_NTASKS=8";
     assert_eq!(
         chosen("auto", &format!("{job} {STEP_RANK}=2 {STEP_TASKS}=4")),
-        Ok((Shard { index: 2, of: 4 }, Some(Launcher::SlurmStep)))
+        Ok((Shard { index: 2, of: 4 }, Some(STEP_RANK)))
     );
     assert_eq!(shard("auto", "SLURM_PROCID=0 SLURM_NTASKS=3"), "1/3");
     assert_eq!(shard("auto", "SLURM_JOB_ID=7 SLURM_PROCID=0 SLURM_NTASKS=1"), "1/1");
     // The script of a job with several tasks is not one of them.
-    let script = chosen("auto", &format!("{job} {STEP_RANK}=0"));
-    assert_eq!(script, Err(ShardError::NotInStep { tasks: 8 }));
+    let script = refused("auto", &format!("{job} {STEP_RANK}=0"));
+    assert!(script.contains("a job's script and not one of its 8 tasks"), "{script}");
     assert_eq!(
         chosen("auto", &format!("{MPI_RANK}=7 {MPI_SIZE}=8")),
-        Ok((Shard { index: 7, of: 8 }, Some(Launcher::OpenMpi)))
+        Ok((Shard { index: 7, of: 8 }, Some(MPI_RANK)))
     );
     assert_eq!(shard("auto/8", &format!("{MPI_RANK}=7 {MPI_SIZE}=8")), "8/8");
-    let other = chosen("auto/9", &format!("{MPI_RANK}=7 {MPI_SIZE}=8"));
-    assert_eq!(other, Err(ShardError::OtherCount { variable: MPI_SIZE, count: 8, of: 9 }));
+    let other = refused("auto/9", &format!("{MPI_RANK}=7 {MPI_SIZE}=8"));
+    assert!(other.starts_with("--shard auto/9: OMPI_COMM_WORLD_SIZE is 8; expected 9"), "{other}");
 }
 
 #[test]
@@ -122,21 +121,21 @@ fn the_innermost_launcher_counts_and_shared_tasks_are_refused() {
     let array = array_of(1, [0, 3, 4, 1]);
     assert_eq!(shard("auto", &format!("{step} {mpi}")), "4/4");
     for (inner, variable) in [(&mpi, MPI_SIZE), (&step, STEP_TASKS)] {
-        let refused = chosen("auto", &format!("{array} {inner}")).expect_err("shared");
-        assert!(matches!(refused, ShardError::SharedTask { variable: v, .. } if v == variable));
+        let text = refused("auto", &format!("{array} {inner}"));
+        assert!(text.contains(&format!("{ARRAY_ID} is set and {variable} is ")), "{text}");
     }
     let hq = format!("{HQ_TASK_ID}=3 {array} {step} {mpi}");
-    assert_eq!(chosen("auto/8", &hq), Ok((Shard { index: 2, of: 8 }, Some(Launcher::HyperQueue))));
-    assert_eq!(chosen("auto", &hq), Err(ShardError::NoCount { variable: HQ_TASK_ID }));
+    assert_eq!(chosen("auto/8", &hq), Ok((Shard { index: 2, of: 8 }, Some(HQ_TASK_ID))));
+    assert!(refused("auto", &hq).contains("HyperQueue does not give the number of tasks"));
     for id in [0, 9] {
-        let text = chosen("auto/8", &format!("{HQ_TASK_ID}={id}")).expect_err("range").to_string();
+        let text = refused("auto/8", &format!("{HQ_TASK_ID}={id}"));
         assert!(text.contains(&format!("is {id}; expected 1 to 8, as `hq submit")), "{text}");
     }
 }
 
 #[test]
 fn faults_name_the_variable_and_the_valid_values() {
-    let text = |variables: &str| chosen("auto", variables).expect_err(variables).to_string();
+    let text = |variables: &str| refused("auto", variables);
     assert!(text("HOME=x").contains("none of the variables HQ_TASK_ID, SLURM_ARRAY_TASK_ID"));
     for (variables, named) in [
         (
@@ -199,7 +198,7 @@ fn without_any_journal_all_trials_of_the_plan_are_missing() {
     let plan = || {
         let cells =
             vec![Cell::new(json!({"a": 1}), 5, vec![]), Cell::new(json!({"a": 2}), 2, vec![])];
-        Ok(Plan { seed: Seed::new(3), cells })
+        Ok(Plan { seed: Seed::new(3), trials: None, cells })
     };
     let folders = ["none/x-2-of-3".into(), "none/y".into()];
     let status = Status::read("coin", &folders, plan).expect("a status");

@@ -1,9 +1,8 @@
 //! `ablation`: decisions of the planner graph with a part removed or changed.
 
 use rand::RngExt;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::neurons::{LifSpec, Population, PopulationPlan, Tuning};
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
@@ -36,11 +35,10 @@ const WORLDS: usize = 4;
 /// The experiment: the planner with parts removed, weakened, or computed in another mode.
 pub(super) struct Ablation {
     variants: Vec<Variant>,
-    trials: u64,
 }
 
 impl Ablation {
-    pub fn new(options: &Options) -> Self {
+    pub fn new() -> Self {
         let spec = PlannerSpec::default();
         let spiking = PopulationPlan::all(lif());
         let small = |scale| {
@@ -93,7 +91,7 @@ impl Ablation {
         }
         let products = PlannerSpec { unbinding: Unbinding::Products, ..spec };
         add("unbinding", "products (direct)".into(), products, &PopulationPlan::direct());
-        Self { variants, trials: options.trials.unwrap_or(10) }
+        Self { variants }
     }
 }
 
@@ -131,15 +129,9 @@ fn decide(planner: &Planner, worlds: &[WorldState]) -> Result<(f64, f64), TaskEr
 
 impl Experiment for Ablation {
     fn about(&self) -> About {
-        About {
-            name: "ablation",
-            question: "How often does the reference planner accept the planner's decisions if a part is removed or changed, and how long do they take?",
-            revision: 3,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"worlds_a_trial": WORLDS, "goal": GOAL})
+        let question = "How often does the reference planner accept the planner's decisions if a part is removed or changed, and how long do they take?";
+        let settings = json!({"worlds_a_trial": WORLDS, "goal": GOAL});
+        About { name: "ablation", question, revision: 3, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -150,9 +142,8 @@ impl Experiment for Ablation {
                 Reading::what(Measure::Mean, "ms a decision"),
             ]
         };
-        let cell = |v: &Variant| {
-            Cell::new(json!({"change": v.name, "to": v.value}), self.trials, readings())
-        };
+        let cell =
+            |v: &Variant| Cell::new(json!({"change": v.name, "to": v.value}), 10, readings());
         self.variants.iter().map(cell).collect()
     }
 
@@ -178,11 +169,8 @@ impl Experiment for Ablation {
     fn figure(&self, results: &Results) -> Option<Figure> {
         // The first row of the table is at the top.
         let accepted = results.rows.iter().rev().filter(|row| row.is("what", &json!("accepted")));
-        let text = |row: &Row, key| row.settings.get(key)?.as_str().map(str::to_owned);
-        let names = accepted
-            .clone()
-            .map(|row| Some(format!("{}: {}", text(row, "change")?, text(row, "to")?)))
-            .collect::<Option<Vec<String>>>()?;
+        let name = |row: &Row| format!("{}: {}", row.text("change"), row.text("to"));
+        let names = accepted.clone().map(name).collect();
         let marks = accepted.enumerate().map(|(at, row)| row.percent(at as f64).across());
         Some(Figure {
             title: "Decisions that the reference planner accepts, with 95% intervals".into(),

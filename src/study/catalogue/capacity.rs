@@ -18,10 +18,9 @@
 //! The decoder named `best` knows all roles and subtracts the estimated interference; see [`PairDecoder`].
 
 use rand_distr::{Distribution, StandardNormal};
-use serde_json::{Value, json};
+use serde_json::json;
 use statrs::distribution::{Beta, Continuous, ContinuousCDF, Normal};
 
-use super::Options;
 use crate::sim::{Real, Seed};
 use crate::spa::{Algebra, Hrr, PairDecoder, dot, dots, draw_pointer, norm};
 use crate::study::experiment::{
@@ -40,30 +39,24 @@ struct Size {
     unitary: bool,
 }
 
-/// The experiment.
-pub(super) struct Capacity {
-    sizes: Vec<Size>,
-    trials: u64,
+/// Returns the sizes of all cells.
+fn sizes() -> Vec<Size> {
+    let mut sizes = Vec::new();
+    for dimensions in [32, 64, 128, 256] {
+        for bound in [2, 4, 8, 16] {
+            let drawn = [(16, 0.0), (64, 0.0), (64, 1.0), (256, 0.0)];
+            for (items, sigma) in drawn.into_iter().filter(|(items, _)| *items != bound) {
+                sizes.push(Size { dimensions, bound, items, sigma, unitary: false });
+            }
+        }
+        sizes.push(Size { dimensions, bound: 4, items: 64, sigma: 0.0, unitary: true });
+        sizes.push(Size { dimensions, bound: 4, items: 64, sigma: 1.0, unitary: true });
+    }
+    sizes
 }
 
-impl Capacity {
-    pub fn new(options: &Options) -> Self {
-        let mut sizes = Vec::new();
-        for dimensions in [32, 64, 128, 256] {
-            for bound in [2, 4, 8, 16] {
-                for (items, sigma) in [(16, 0.0), (64, 0.0), (64, 1.0), (256, 0.0)] {
-                    if items == bound {
-                        continue;
-                    }
-                    sizes.push(Size { dimensions, bound, items, sigma, unitary: false });
-                }
-            }
-            sizes.push(Size { dimensions, bound: 4, items: 64, sigma: 0.0, unitary: true });
-            sizes.push(Size { dimensions, bound: 4, items: 64, sigma: 1.0, unitary: true });
-        }
-        Self { sizes, trials: options.trials.unwrap_or(40_000) }
-    }
-}
+/// The experiment.
+pub(super) struct Capacity;
 
 /// Evaluates the large-D formula by the trapezoidal rule.
 fn gaussian(size: &Size) -> f64 {
@@ -135,15 +128,9 @@ impl Size {
 
 impl Experiment for Capacity {
     fn about(&self) -> About {
-        About {
-            name: "capacity",
-            question: "How often is the right filler decoded from a sum of bound pairs, and how often is it predicted to be?",
-            revision: 2,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"rounds_of_cancellation": PairDecoder::ROUNDS})
+        let question = "How often is the right filler decoded from a sum of bound pairs, and how often is it predicted to be?";
+        let settings = json!({"rounds_of_cancellation": PairDecoder::ROUNDS});
+        About { name: "capacity", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -160,9 +147,9 @@ impl Experiment for Capacity {
                 Reading::new(Measure::Difference, json!({"reading": "linear less prediction"})),
                 Reading::new(Measure::Difference, json!({"reading": "best less linear"})),
             ];
-            Cell::new(settings, self.trials, readings)
+            Cell::new(settings, 40_000, readings)
         };
-        self.sizes.iter().map(cell).collect()
+        sizes().iter().map(cell).collect()
     }
 
     fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {

@@ -6,9 +6,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::robot::Pose;
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -94,15 +93,9 @@ impl<T> Once<T> {
 pub(super) const DEMOS: usize = 5;
 
 /// Figure 3: the number of states found in five demonstrations.
-pub(super) struct Clusters {
-    trials: u64,
-}
+pub(super) struct Clusters;
 
 impl Clusters {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(10) }
-    }
-
     fn domain(seed: Seed) -> Result<(Recording, RelationalDomain), TaskError> {
         let recording = shown(1, DEMOS, seed)?;
         let domain = learn(&recording, &Settings::paper())?.domain;
@@ -112,15 +105,10 @@ impl Clusters {
 
 impl Experiment for Clusters {
     fn about(&self) -> About {
-        About {
-            name: "figure-3",
-            question: "How many states of nut and bolt are found in five demonstrations with one of each?",
-            revision: 1,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"demonstrations": DEMOS, "p": PAPER_EXPONENT})
+        let question =
+            "How many states of nut and bolt are found in five demonstrations with one of each?";
+        let settings = json!({"demonstrations": DEMOS, "p": PAPER_EXPONENT});
+        About { name: "figure-3", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -130,7 +118,7 @@ impl Experiment for Clusters {
             (Measure::Rate, "two and three, each true to the scene"),
         ];
         let readings = readings.map(|(m, what)| Reading::what(m, what));
-        vec![Cell::new(json!({}), self.trials, readings.into())]
+        vec![Cell::new(json!({}), 10, readings.into())]
     }
 
     fn trial(&self, _cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
@@ -190,7 +178,6 @@ type Confusion = [[[f64; TRUTHS.len() + 1]; TRUTHS.len()]; 2];
 
 /// Figure 4: unseen poses, classified by the paper's rule and by ours.
 pub(super) struct Classification {
-    trials: u64,
     made: Once<Confusion>,
 }
 
@@ -202,8 +189,8 @@ fn numbered<const N: usize>(names: [&str; N]) -> [(&str, usize); N] {
 }
 
 impl Classification {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(20), made: Once::new() }
+    pub fn new() -> Self {
+        Self { made: Once::new() }
     }
 
     fn confusion(seed: Seed) -> Result<Confusion, TaskError> {
@@ -226,15 +213,9 @@ impl Classification {
 
 impl Experiment for Classification {
     fn about(&self) -> About {
-        About {
-            name: "figure-4",
-            question: "Which state is an unseen pose in, by the paper's rule and by ours?",
-            revision: 2,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"demonstrations": DEMOS, "unseen_demonstrations_of_three": UNSEEN})
+        let question = "Which state is an unseen pose in, by the paper's rule and by ours?";
+        let settings = json!({"demonstrations": DEMOS, "unseen_demonstrations_of_three": UNSEEN});
+        About { name: "figure-4", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -247,7 +228,7 @@ impl Experiment for Classification {
                     .map(|said| Reading::new(Measure::Share(total), json!({"said": said})))
                     .collect();
                 readings.push(Reading::count());
-                cells.push(Cell::new(json!({"rule": rule, "truth": truth}), self.trials, readings));
+                cells.push(Cell::new(json!({"rule": rule, "truth": truth}), 20, readings));
             }
         }
         cells

@@ -27,7 +27,8 @@ use crate::task::TaskError;
 pub struct Options {
     /// Seed of the data that trials share, such as a pool of poses. It should equal the run's seed.
     pub seed: Seed,
-    /// Number of trials of each cell, 1 to [`MAX_TRIALS`]; `None` for the experiment's default.
+    /// Number of trials of each cell, 1 to [`MAX_TRIALS`]; `None` for the experiment's default. A run takes it
+    /// ([`Run::with_trials`](crate::study::experiment::Run::with_trials)).
     pub trials: Option<u64>,
     /// Recording to use in addition to the simulated scene. Only `threshold` uses it.
     pub recording: Option<PathBuf>,
@@ -57,29 +58,29 @@ type Make = fn(&Options) -> Result<Box<dyn Experiment>, TaskError>;
 
 fn makers() -> Vec<Make> {
     vec![
-        |o| Ok(Box::new(norms::Distances::new(o))),
-        |o| Ok(Box::new(norms::TableSetting::new(o))),
+        |_| Ok(Box::new(norms::Distances)),
+        |_| Ok(Box::new(norms::TableSetting)),
         #[cfg(feature = "physics")]
-        |o| Ok(Box::new(clusters::Clusters::new(o))),
+        |_| Ok(Box::new(clusters::Clusters)),
         #[cfg(feature = "physics")]
-        |o| Ok(Box::new(clusters::Classification::new(o))),
+        |_| Ok(Box::new(clusters::Classification::new())),
         #[cfg(feature = "physics")]
         |o| Ok(Box::new(thresholds::Thresholds::new(o)?)),
-        |o| Ok(Box::new(structures::Structures::new(o))),
-        |o| Ok(Box::new(structures::Structures::beyond(o))),
-        |o| Ok(Box::new(capacity::Capacity::new(o))),
-        |o| Ok(Box::new(retrieval::Retrieval::new(o))),
-        |o| Ok(Box::new(tape::Depths::new(o))),
-        |o| Ok(Box::new(ablation::Ablation::new(o))),
-        |o| Ok(Box::new(timing::Timing::new(o))),
-        |o| Ok(Box::new(goal_sets::Kitchens::new(o))),
-        |o| Ok(Box::new(goal_sets::Threats::new(o))),
-        |o| Ok(Box::new(goal_sets::Surprises::new(o))),
-        |o| Ok(Box::new(goal_sets::LongPlans::new(o))),
-        |o| Ok(Box::new(goal_sets::Tangled::new(o))),
+        |_| Ok(Box::new(structures::TABLE_4)),
+        |_| Ok(Box::new(structures::BEYOND)),
+        |_| Ok(Box::new(capacity::Capacity)),
+        |_| Ok(Box::new(retrieval::Retrieval)),
+        |_| Ok(Box::new(tape::Depths)),
+        |_| Ok(Box::new(ablation::Ablation::new())),
+        |_| Ok(Box::new(timing::Timing)),
+        |_| Ok(Box::new(goal_sets::Kitchens::new())),
+        |_| Ok(Box::new(goal_sets::Threats::new())),
+        |_| Ok(Box::new(goal_sets::Surprises::new())),
+        |_| Ok(Box::new(goal_sets::LongPlans::new())),
+        |_| Ok(Box::new(goal_sets::Tangled::new())),
         |o| Ok(Box::new(goal_sets::Ipc::new(o)?)),
-        |o| Ok(Box::new(stack_planner::StackPlans::new(o))),
-        |o| Ok(Box::new(worlds::Worlds::new(o))),
+        |_| Ok(Box::new(stack_planner::StackPlans::new())),
+        |_| Ok(Box::new(worlds::Worlds::new())),
     ]
 }
 

@@ -4,9 +4,8 @@ use std::f64::consts::PI;
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, Mark, Measure, Reading, Results, Row, Series, Style,
@@ -24,15 +23,7 @@ fn gauss<R: Rng>(rng: &mut R, sd: f64) -> f64 {
 }
 
 /// Figure 1A: distances between pairs of 6-D states that vary little in some dimensions.
-pub(super) struct Distances {
-    trials: u64,
-}
-
-impl Distances {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(10_000) }
-    }
-}
+pub(super) struct Distances;
 
 const DIMENSIONS: usize = 6;
 const TIGHT: f64 = 0.05;
@@ -40,20 +31,14 @@ const BROAD: f64 = 0.5;
 
 impl Experiment for Distances {
     fn about(&self) -> About {
-        About {
-            name: "figure-1a",
-            question: "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?",
-            revision: 1,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"dimensions": DIMENSIONS, "tight_sd": TIGHT, "broad_sd": BROAD})
+        let question = "How far apart are 6-D states that are alike in k dimensions, by the Euclidean norm and by p = -3?";
+        let settings = json!({"dimensions": DIMENSIONS, "tight_sd": TIGHT, "broad_sd": BROAD});
+        About { name: "figure-1a", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
         let readings = || EXPONENTS.map(|p| Reading::new(Measure::Mean, json!({"p": p}))).to_vec();
-        (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), self.trials, readings())).collect()
+        (0..=DIMENSIONS).map(|k| Cell::new(json!({"tight": k}), 10_000, readings())).collect()
     }
 
     fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
@@ -84,15 +69,7 @@ impl Experiment for Distances {
 
 /// Figure 1C: knives on a cart or beside plates. A knife's 8-D state is relative to the cart, the nearest plate and the
 /// nearest table edge.
-pub(super) struct TableSetting {
-    trials: u64,
-}
-
-impl TableSetting {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(500) }
-    }
-}
+pub(super) struct TableSetting;
 
 /// Number of tables in an example, as in figure 1B.
 const TABLES: usize = 3;
@@ -202,32 +179,21 @@ fn example<R: Rng>(rng: &mut R) -> [Vec<[f64; 8]>; 2] {
 
 impl Experiment for TableSetting {
     fn about(&self) -> About {
-        About {
-            name: "figure-1c",
-            question: "Knives on a cart or beside plates: are distances within a group smaller than between groups?",
-            revision: 2,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({
+        let question = "Knives on a cart or beside plates: are distances within a group smaller than between groups?";
+        let settings = json!({
             "tables": TABLES, "plates": PLATES, "knives_on_cart": ON_CART, "table_half_m": TABLE,
             "placing_sd_m_rad": HAND,
-        })
+        });
+        About { name: "figure-1c", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
         EXPONENTS
             .map(|p| {
-                let readings = ["on the cart", "beside plates", "between groups"]
-                    .map(|pairs| Reading::new(Measure::Mean, json!({"pairs": pairs})))
-                    .into_iter()
-                    .chain([Reading::new(
-                        Measure::Mean,
-                        json!({"pairs": "share of pairs within below those between"}),
-                    )])
-                    .collect();
-                Cell::new(json!({"p": p}), self.trials, readings)
+                let share = "share of pairs within below those between";
+                let readings = ["on the cart", "beside plates", "between groups", share]
+                    .map(|pairs| Reading::new(Measure::Mean, json!({"pairs": pairs})));
+                Cell::new(json!({"p": p}), 500, readings.into())
             })
             .into()
     }

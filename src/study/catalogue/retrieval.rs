@@ -4,9 +4,8 @@
 //! the network in spikes answers 50 of each, one after another, and is read at the end of a query's 40 ms or earlier.
 //! Precision and recall are pooled over all queries; the intervals take the queries of a trial as a cluster.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::sim::{Real, Seed, SimDuration};
 use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome};
 use crate::study::retrieval::{
@@ -15,15 +14,7 @@ use crate::study::retrieval::{
 use crate::task::TaskError;
 
 /// The experiment.
-pub(super) struct Retrieval {
-    trials: u64,
-}
-
-impl Retrieval {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(10) }
-    }
-}
+pub(super) struct Retrieval;
 
 /// Number of queries of a trial in exact maths, and in spikes.
 const QUERIES: [usize; 2] = [500, 50];
@@ -86,19 +77,14 @@ fn in_spikes(
 
 impl Experiment for Retrieval {
     fn about(&self) -> About {
-        About {
-            name: "retrieval",
-            question: "How well are objects found by place and goal, and actions by object and effect?",
-            revision: 1,
-        }
-    }
-
-    fn settings(&self) -> Value {
+        let question =
+            "How well are objects found by place and goal, and actions by object and effect?";
         let WorldSpec { places, goals, objects, actions, effects, .. } = WorldSpec::default();
-        json!({
+        let settings = json!({
             "places": places, "goals": goals, "objects": objects, "actions": actions,
             "effects": effects, "queries": QUERIES, "noise": NOISE,
-        })
+        });
+        About { name: "retrieval", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -135,7 +121,7 @@ impl Experiment for Retrieval {
                             let count = || Reading::count();
                             [share(1, "precision"), count(), share(3, "recall"), count()]
                         });
-                    cells.push(Cell::new(settings, self.trials, readings.collect()));
+                    cells.push(Cell::new(settings, 10, readings.collect()));
                 }
             }
         }

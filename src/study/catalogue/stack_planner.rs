@@ -1,8 +1,7 @@
 //! `stack-planner`: the planner of 2016, rebuilt, in its kitchen and in longer chains of actions.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::neurons::{LifSpec, Population};
 use crate::sim::Seed;
 use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
@@ -18,30 +17,23 @@ const KITCHENS: [(&str, Make, &[usize]); 2] =
 
 /// The experiment: success, time and straying of the rebuilt planner.
 pub(super) struct StackPlans {
-    trials: u64,
     spec: StackSpec,
 }
 
 impl StackPlans {
-    pub fn new(options: &Options) -> Self {
+    pub fn new() -> Self {
         let population = Population::Lif(LifSpec::default());
         let spec = StackSpec { population, ..StackSpec::default() };
-        Self { trials: options.trials.unwrap_or(50), spec }
+        Self { spec }
     }
 }
 
 impl Experiment for StackPlans {
     fn about(&self) -> About {
-        About {
-            name: "stack-planner",
-            question: "How often and how fast does the rebuilt planner of 2016 reach its goal, and how long are the plans that it can hold?",
-            revision: 2,
-        }
-    }
-
-    fn settings(&self) -> Value {
+        let question = "How often and how fast does the rebuilt planner of 2016 reach its goal, and how long are the plans that it can hold?";
         let limit_ms = self.spec.limit.as_micros() / 1000;
-        json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms})
+        let settings = json!({"dimensions": self.spec.dimensions, "limit_ms": limit_ms});
+        About { name: "stack-planner", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -59,7 +51,7 @@ impl Experiment for StackPlans {
         let cells = KITCHENS.iter().flat_map(|(kitchen, _, actions)| {
             actions.iter().map(move |actions| json!({"kitchen": kitchen, "actions": actions}))
         });
-        cells.map(|settings| Cell::new(settings, self.trials, readings())).collect()
+        cells.map(|settings| Cell::new(settings, 50, readings())).collect()
     }
 
     fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {

@@ -1,8 +1,7 @@
 //! `tape`: plans of several depths, written to a tape or a shift stack and read back whole.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
@@ -15,15 +14,7 @@ use crate::study::tape::{
 use crate::task::TaskError;
 
 /// The experiment.
-pub(super) struct Depths {
-    trials: u64,
-}
-
-impl Depths {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(100) }
-    }
-}
+pub(super) struct Depths;
 
 /// Where a plan is written.
 #[derive(Clone, Copy)]
@@ -46,19 +37,14 @@ const SIZES: [(usize, usize); 2] = [(256, 20), (512, 200)];
 
 impl Experiment for Depths {
     fn about(&self) -> About {
-        About {
-            name: "tape",
-            question: "How often is a whole plan read back from a tape, and from a stack that shifts?",
-            revision: 1,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({
+        let question =
+            "How often is a whole plan read back from a tape, and from a stack that shifts?";
+        let settings = json!({
             "noise": TapeSpec::default().noise,
             "neurons_per_dimension_of_the_tape": HELD_PER_DIMENSION,
             "neurons_per_product": PER_PRODUCT,
-        })
+        });
+        About { name: "tape", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -77,7 +63,7 @@ impl Experiment for Depths {
                         Reading::what(Measure::Rate, "whole plans"),
                         Reading::what(Measure::Mean, "actions read right"),
                     ];
-                    cells.push(Cell::new(settings, self.trials, readings));
+                    cells.push(Cell::new(settings, 100, readings));
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::Options;
 use super::clusters::{DEMOS, Once, part_poses, poses, scene, shown, truth};
@@ -35,7 +35,6 @@ struct Kind {
 /// The experiment: the thresholds that cluster batches perfectly, and whether the automatic threshold is among them.
 pub(super) struct Thresholds {
     seed: Seed,
-    trials: u64,
     recording: Option<std::path::PathBuf>,
     /// Kinds of the recording that have states.
     recorded: Vec<Kind>,
@@ -52,7 +51,6 @@ impl Thresholds {
     pub fn new(options: &Options) -> Result<Self, TaskError> {
         Ok(Self {
             seed: options.seed,
-            trials: options.trials.unwrap_or(100),
             recorded: options.recording.as_deref().map_or(Ok(Vec::new()), Self::given)?,
             recording: options.recording.clone(),
             made: Once::new(),
@@ -148,19 +146,13 @@ impl Thresholds {
 
 impl Experiment for Thresholds {
     fn about(&self) -> About {
-        About {
-            name: "threshold",
-            question: "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?",
-            revision: 3,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({
+        let question = "Which clustering thresholds find the true states of a batch of poses, and does the automatic threshold?";
+        let settings = json!({
             "p": PAPER_EXPONENT, "paper_mm": 1e3 * PAPER_M, "pool_demonstrations_of_three": POOL_DEMOS,
             "recording": self.recording.as_deref().and_then(|path| Some(path.file_name()?.display().to_string())),
             "recorded": self.recorded.iter().map(|k| (k.points.len(), 1e3 * k.automatic)).collect::<Vec<_>>(),
-        })
+        });
+        About { name: "threshold", question, revision: 3, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -178,7 +170,7 @@ impl Experiment for Thresholds {
                 ];
                 let readings = readings.map(|(m, what)| Reading::what(m, what));
                 let settings = json!({"source": source, "kind": kind, "batch": batch});
-                cells.push(Cell::new(settings, self.trials, readings.into()));
+                cells.push(Cell::new(settings, 100, readings.into()));
             }
         }
         cells

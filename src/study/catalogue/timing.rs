@@ -1,8 +1,7 @@
 //! `timing`: the simulated time of decisions and whole plans.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use super::ablation::{GOAL, TABLE, lif};
 use crate::neurons::{Population, PopulationPlan};
 use crate::sim::Seed;
@@ -15,29 +14,15 @@ use crate::task::planner::{PlanEnd, Planner, PlannerSpec};
 use crate::task::propositional::DomainBuilder;
 
 /// The experiment: decisions and whole plans, in direct mode and in spiking neurons.
-pub(super) struct Timing {
-    trials: u64,
-}
+pub(super) struct Timing;
 
 const MODES: [&str; 2] = ["direct", "lif"];
 
-impl Timing {
-    pub fn new(options: &Options) -> Self {
-        Self { trials: options.trials.unwrap_or(40) }
-    }
-}
-
 impl Experiment for Timing {
     fn about(&self) -> About {
-        About {
-            name: "timing",
-            question: "How many simulated ms do a decision and a plan of three steps take?",
-            revision: 2,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"goal": GOAL})
+        let question = "How many simulated ms do a decision and a plan of three steps take?";
+        let settings = json!({"goal": GOAL});
+        About { name: "timing", question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -50,7 +35,7 @@ impl Experiment for Timing {
                 Reading::what(Measure::Rate, "three steps to the goal"),
             ]
         };
-        MODES.map(|mode| Cell::new(json!({"mode": mode}), self.trials, readings())).into()
+        MODES.map(|mode| Cell::new(json!({"mode": mode}), 40, readings())).into()
     }
 
     fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
@@ -71,16 +56,15 @@ impl Experiment for Timing {
         // The first row of the table is at the top.
         let timed = || results.rows.iter().rev().filter(|row| row.statistic.quantiles().is_some());
         let name = |row: &Row| {
-            let text = |key| row.settings.get(key)?.as_str();
-            Some(format!("{}, {}", text("what")?.trim_end_matches(" (ms)"), text("mode")?))
+            format!("{}, {}", row.text("what").trim_end_matches(" (ms)"), row.text("mode"))
         };
         let mark = |(at, row): (usize, &Row)| row.median(at as f64, |ms| ms).map(Mark::across);
         let marks = timed().enumerate().filter_map(mark);
-        let (marks, name_of) = (marks.collect(), timed().map(name));
+        let marks = marks.collect();
         Some(Figure {
             title: "Simulated time to an answer (median, 5 to 95% of the seeds)".into(),
             x: Axis::new("simulated ms"),
-            y: Axis::named(name_of.collect::<Option<_>>()?),
+            y: Axis::named(timed().map(name).collect()),
             series: vec![Series::new("", marks, Style::Points)],
         })
     }

@@ -4,9 +4,8 @@
 //! symbolic planner, which is no part of the learner: they tell whether the learned states and actions suffice. The cells of
 //! `goal-sets` are planned by the network, in direct mode.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, Measure, Reading, Results, Row, Series, Style,
@@ -19,12 +18,11 @@ use crate::task::recording::Sensing;
 /// The experiment.
 pub(super) struct Worlds {
     worlds: Vec<World>,
-    trials: u64,
 }
 
 impl Worlds {
-    pub fn new(options: &Options) -> Self {
-        Self { worlds: worlds::all(), trials: options.trials.unwrap_or(20) }
+    pub fn new() -> Self {
+        Self { worlds: worlds::all() }
     }
 }
 
@@ -46,15 +44,9 @@ const SOLVED: &str = "solved";
 
 impl Experiment for Worlds {
     fn about(&self) -> About {
-        About {
-            name: "worlds",
-            question: "How often is a task with known truth learned and carried out, planned by the symbolic planner or by that of goal sets, and is what was learned true?",
-            revision: 1,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"moves": worlds::MOST_MOVES, "mode_of_goal-sets": "direct"})
+        let question = "How often is a task with known truth learned and carried out, planned by the symbolic planner or by that of goal sets, and is what was learned true?";
+        let settings = json!({"moves": worlds::MOST_MOVES, "mode_of_goal-sets": "direct"});
+        About { name: "worlds", question, revision: 1, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -82,7 +74,7 @@ impl Experiment for Worlds {
                 let settings = json!({
                     "world": world.name(), "planner": planner, "demonstrations": demos, "noise": noise,
                 });
-                cells.push(Cell::new(settings, self.trials, readings(world)));
+                cells.push(Cell::new(settings, 20, readings(world)));
             }
         }
         cells

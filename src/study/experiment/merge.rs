@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::journal::{self, Contents, Record};
+use super::journal::{self, Contents, Header, Record};
 use super::run::{JOURNAL, Run};
 use super::{Results, Shard, TrialOutcome};
 use crate::files::Overwrite;
@@ -29,7 +29,7 @@ pub struct Origin {
     pub seed: Seed,
     /// Number of trials of each cell, over all shards.
     pub trials: u64,
-    /// The experiment's settings ([`Experiment::settings`](super::Experiment::settings)).
+    /// The experiment's settings ([`About::settings`](super::About::settings)).
     pub settings: Value,
 }
 
@@ -86,8 +86,10 @@ impl Run<'_> {
             return Err(refused(reason));
         }
         whole.warn(observer);
-        let sorted = in_order(&outcomes);
-        journal::write(&whole.journal(), &whole.header(), &sorted, overwrite)?;
+        let trials = |cell: u32| whole.cells.get(cell as usize).map_or(0, |cell| cell.trials);
+        records.dedup_by_key(|record| (record.cell, record.trial));
+        records.retain(|record| record.trial < trials(record.cell));
+        journal::write(&whole.journal(), &whole.header(), &records, overwrite)?;
         let results = whole.results(&outcomes);
         whole.write(&results)?;
         Ok(results)
@@ -106,11 +108,7 @@ impl Run<'_> {
                 ));
             }
             if let Some((first, held)) = shards.first() {
-                let places = [first.display().to_string(), folder.display().to_string()];
-                if let Some(differences) = held.header.differences(&contents.header, &places) {
-                    let first = &places[0];
-                    return refused(format!("it does not belong with {first}: {differences}"));
-                }
+                belong_together((first, &held.header), (folder, &contents.header))?;
             }
             trials += contents.records.len();
             if trials > MAX_TRIALS_READ {
@@ -131,6 +129,17 @@ impl Run<'_> {
         }
         Ok(shards)
     }
+}
+
+/// Refuses a folder with trials of another run than the first one's.
+pub(super) fn belong_together(
+    (first, held): (&Path, &Header),
+    (folder, other): (&Path, &Header),
+) -> Result<(), TaskError> {
+    let places = [first, folder].map(|folder| folder.display().to_string());
+    let Some(differences) = held.differences(other, &places) else { return Ok(()) };
+    let reason = format!("it does not belong with {}: {differences}", places[0]);
+    Err(TaskError::Merge { folder: folder.into(), reason })
 }
 
 /// Greatest number of trials in all shards, of 80 bytes each in memory.
@@ -179,18 +188,4 @@ fn contradiction(records: &[Record]) -> Option<&Record> {
         same && bits(&pair[0]) != bits(&pair[1])
     };
     records.windows(2).find(contradict).and_then(|pair| pair.first())
-}
-
-/// Returns the finished trials as records, sorted by cell and trial.
-fn in_order(outcomes: &[Vec<Option<TrialOutcome>>]) -> Vec<Record> {
-    let mut records = Vec::new();
-    for (cell, outcomes) in outcomes.iter().enumerate() {
-        for (trial, outcome) in outcomes.iter().enumerate() {
-            if let Some(outcome) = outcome {
-                let (cell, trial) = (cell as u32, trial as u64);
-                records.push(Record { cell, trial, outcome: *outcome });
-            }
-        }
-    }
-    records
 }

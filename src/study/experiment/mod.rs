@@ -19,6 +19,7 @@ mod run;
 mod shard;
 mod status;
 
+use std::borrow::Cow;
 use std::fmt;
 
 use serde_json::{Map, Value};
@@ -27,7 +28,7 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 
 pub use figure::{Axis, Figure, Mark, Series, Style};
-pub use launcher::{Launcher, ShardChoice, ShardError, Variables};
+pub use launcher::{ShardChoice, ShardError};
 pub use merge::Origin;
 pub use results::{Results, Row};
 pub use run::Run;
@@ -69,6 +70,22 @@ pub enum Measure {
     Auxiliary,
 }
 
+/// Returns the keys of a JSON object; of any other value, none.
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(keys) => keys,
+        _ => Map::new(),
+    }
+}
+
+/// Returns a setting as text, without the quotes of JSON.
+fn in_words(setting: &Value) -> Cow<'_, str> {
+    match setting {
+        Value::String(text) => text.into(),
+        value => value.to_string().into(),
+    }
+}
+
 /// A number that a trial returns, with the settings that distinguish it from the cell's other numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
@@ -81,10 +98,7 @@ pub struct Reading {
 impl Reading {
     /// Creates a reading. `settings` is a JSON object; any other value means no settings.
     pub fn new(measure: Measure, settings: Value) -> Self {
-        let Value::Object(settings) = settings else {
-            return Self { settings: Map::new(), measure };
-        };
-        Self { settings, measure }
+        Self { settings: object(settings), measure }
     }
 
     /// Creates a reading that is told from the cell's others by the setting `what`.
@@ -112,10 +126,7 @@ pub struct Cell {
 impl Cell {
     /// Creates a cell. `settings` is a JSON object; any other value means no settings.
     pub fn new(settings: Value, trials: u64, readings: Vec<Reading>) -> Self {
-        let Value::Object(settings) = settings else {
-            return Self { settings: Map::new(), trials, readings };
-        };
-        Self { settings, trials, readings }
+        Self { settings: object(settings), trials, readings }
     }
 
     /// Returns whether a setting has this value.
@@ -160,10 +171,7 @@ pub(super) fn write_settings(
     }
     for (at, (name, value)) in settings.iter().enumerate() {
         let separator = if at == 0 { "" } else { ", " };
-        match value {
-            Value::String(text) => write!(f, "{separator}{name} = {text}")?,
-            value => write!(f, "{separator}{name} = {value}")?,
-        }
+        write!(f, "{separator}{name} = {}", in_words(value))?;
     }
     Ok(())
 }
@@ -175,8 +183,8 @@ impl fmt::Display for Cell {
     }
 }
 
-/// What an experiment is called and what it asks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What an experiment is called, what it asks, and on what its outcomes depend.
+#[derive(Debug, Clone, PartialEq)]
 pub struct About {
     /// Name on the command line.
     pub name: &'static str,
@@ -185,14 +193,14 @@ pub struct About {
     /// Revision of the code, from 1. It must increase with every change after which a trial with the same settings and seed has
     /// another outcome. A journal of another revision is not resumed.
     pub revision: u32,
+    /// All settings that outcomes depend on, except the seed, the cells and the number of trials.
+    pub settings: Value,
 }
 
 /// A question that many trials answer.
 pub trait Experiment: Send + Sync {
-    /// Returns the name, the question and the revision.
+    /// Returns the name, the question, the revision and the settings.
     fn about(&self) -> About;
-    /// Returns all settings that outcomes depend on, except the seed, the cells and the number of trials.
-    fn settings(&self) -> Value;
     /// Returns the cells.
     fn cells(&self) -> Vec<Cell>;
     /// Runs a trial of a cell, one of [`cells`](Self::cells), which says by its settings what to do

@@ -1,8 +1,11 @@
 //! The table of a finished experiment, as JSON and CSV.
 
+use std::borrow::Cow;
+
 use serde_json::{Map, Value, json};
 
-use super::Mark;
+use super::{Mark, in_words};
+use crate::record::csv_field;
 use crate::study::statistics::Statistic;
 
 /// The table of a finished experiment.
@@ -31,6 +34,11 @@ impl Row {
     /// Returns the value of a setting if it is a number.
     pub fn number(&self, setting: &str) -> Option<f64> {
         self.settings.get(setting)?.as_f64()
+    }
+
+    /// Returns a setting as text, without the quotes of JSON; empty if there is none.
+    pub fn text(&self, setting: &str) -> Cow<'_, str> {
+        self.settings.get(setting).map_or_else(Cow::default, in_words)
     }
 
     /// Returns whether a setting has this value.
@@ -86,53 +94,28 @@ impl Results {
     }
 
     /// Returns the table as CSV: a header, and one line for each row.
-    pub fn to_csv(&self) -> String {
+    pub(super) fn to_csv(&self) -> String {
         let columns = self.columns();
-        let quoted = |text: String| {
-            if text.contains([',', '"', '\n']) {
-                format!("\"{}\"", text.replace('"', "\"\""))
-            } else {
-                text
-            }
+        let number = |number: Option<f64>| {
+            number.filter(|v| v.is_finite()).map_or_else(String::new, |v| v.to_string())
         };
-        let mut lines = vec![
-            columns
-                .iter()
-                .copied()
-                .chain([
-                    "value",
-                    "low95",
-                    "high95",
-                    "sd",
-                    "q5",
-                    "q50",
-                    "q95",
-                    "trials",
-                    "effective_trials",
-                ])
-                .collect::<Vec<_>>()
-                .join(","),
-        ];
+        let mut lines = vec![[&columns[..], &STATISTICS].concat().join(",")];
         for row in &self.rows {
-            let mut fields: Vec<String> = columns
-                .iter()
-                .map(|key| match row.settings.get(*key) {
-                    Some(Value::String(text)) => quoted(text.clone()),
-                    Some(value) => quoted(value.to_string()),
-                    None => String::new(),
-                })
-                .collect();
-            let [low, high] = row.statistic.interval95();
-            let number = |v: f64| if v.is_finite() { v.to_string() } else { String::new() };
-            fields.extend([row.statistic.value(), low, high].map(number));
-            fields.push(row.statistic.sd().map_or_else(String::new, number));
-            let quantiles = row.statistic.quantiles();
-            fields.extend((0..3).map(|i| quantiles.map_or_else(String::new, |q| number(q[i]))));
-            fields.push(row.statistic.trials().to_string());
-            fields.push(row.statistic.effective_trials().map_or_else(String::new, number));
+            let statistic = &row.statistic;
+            let settings = columns.iter().map(|key| csv_field(&row.text(key)).into_owned());
+            let [low, high] = statistic.interval95();
+            let [q5, q50, q95] = statistic.quantiles().map_or([None; 3], |q| q.map(Some));
+            let spread = [Some(statistic.value()), Some(low), Some(high), statistic.sd()];
+            let numbers = spread.into_iter().chain([q5, q50, q95]).map(number);
+            let trials = [statistic.trials().to_string(), number(statistic.effective_trials())];
+            let fields: Vec<String> = settings.chain(numbers).chain(trials).collect();
             lines.push(fields.join(","));
         }
         lines.push(String::new());
         lines.join("\n")
     }
 }
+
+/// The columns of a CSV table that every experiment has, after its settings.
+const STATISTICS: [&str; 9] =
+    ["value", "low95", "high95", "sd", "q5", "q50", "q95", "trials", "effective_trials"];

@@ -21,7 +21,8 @@ use crate::task::event::{Event, Observer};
 /// The folder holds the journal `trials.bin`. Once all trials are done, it also holds `results.json`, `results.csv`
 /// and, if the experiment draws a figure, `figure.svg`. A second run with the same folder resumes the first.
 pub struct Run<'a> {
-    pub(super) experiment: &'a dyn Experiment,
+    experiment: &'a dyn Experiment,
+    about: About,
     pub(super) cells: Vec<Cell>,
     pub(super) seed: Seed,
     pub(super) shard: Shard,
@@ -48,8 +49,16 @@ impl<'a> Run<'a> {
         shard: Shard,
         folder: ResultFolder,
     ) -> Self {
-        let cells = experiment.cells();
-        Self { experiment, cells, seed, shard, folder, salvage: false, restart: false }
+        let (about, cells) = (experiment.about(), experiment.cells());
+        Self { experiment, about, cells, seed, shard, folder, salvage: false, restart: false }
+    }
+
+    /// Sets the number of trials of every cell. By default, each cell has its own.
+    pub fn with_trials(mut self, trials: Option<u64>) -> Self {
+        for cell in &mut self.cells {
+            cell.trials = trials.unwrap_or(cell.trials);
+        }
+        self
     }
 
     /// Sets whether damaged records of the journal are dropped and their trials run again. By default they are an
@@ -79,14 +88,14 @@ impl<'a> Run<'a> {
         let shard = [self.shard.index, self.shard.of];
         let widths = self.cells.iter().map(|cell| cell.readings.len());
         let width = widths.max().unwrap_or(0).min(MAX_READINGS);
-        Header::new(self.experiment.about().name, self.seed.value(), self.settings(), shard, width)
+        Header::new(self.about.name, self.seed.value(), self.settings(), shard, width)
     }
 
     fn settings(&self) -> Settings {
         let cell = |cell: &Cell| CellSettings { cell: cell.settings.clone(), trials: cell.trials };
         Settings {
-            experiment: self.experiment.settings(),
-            revision: self.experiment.about().revision,
+            experiment: self.about.settings.clone(),
+            revision: self.about.revision,
             cells: self.cells.iter().map(cell).collect(),
         }
     }
@@ -223,13 +232,13 @@ impl<'a> Run<'a> {
                 rows.push(Row { settings, statistic });
             }
         }
-        let mut settings = match self.experiment.settings() {
+        let mut settings = match self.about.settings.clone() {
             settings @ Value::Object(_) => settings,
             other => json!({"settings": other}),
         };
         settings["seed"] = json!(self.seed.value());
         settings["trials"] = json!(self.cells.iter().map(|cell| cell.trials).max());
-        let About { name, question, .. } = self.experiment.about();
+        let About { name, question, .. } = self.about;
         Results { name, question, settings, rows }
     }
 
@@ -291,11 +300,8 @@ mod tests {
 
     impl Experiment for Coin {
         fn about(&self) -> About {
-            About { name: "coin", question: "How often is the seed even?", revision: 1 }
-        }
-
-        fn settings(&self) -> Value {
-            json!({})
+            let settings = json!({});
+            About { name: "coin", question: "How often is the seed even?", revision: 1, settings }
         }
 
         fn cells(&self) -> Vec<Cell> {

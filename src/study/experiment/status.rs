@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 use super::journal::{self, CellSettings, Contents};
-use super::merge::{MAX_TRIALS_READ, SHARD_ADVICE};
+use super::merge::{MAX_TRIALS_READ, SHARD_ADVICE, belong_together};
 use super::run::JOURNAL;
 use super::{Cell, MAX_TRIALS, Shard, write_settings};
 use crate::files::FileError;
@@ -14,7 +14,7 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 
 /// The state of a shard or of a folder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ShardState {
     /// All trials are done.
     Complete,
@@ -25,6 +25,7 @@ pub enum ShardState {
     /// The folder's journal cannot be read.
     Unreadable,
     /// There is no folder, or no journal in it.
+    #[default]
     Absent,
 }
 
@@ -51,7 +52,7 @@ pub struct Missing {
 }
 
 /// A shard, or a folder whose shard is not known.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShardStatus {
     /// The shard; `None` for a folder without a readable journal whose name does not end in `-I-of-N`.
     pub shard: Option<Shard>,
@@ -122,6 +123,8 @@ pub struct Status {
 pub struct Plan {
     /// Seed of the run.
     pub seed: Seed,
+    /// Number of trials of every cell; `None` for each cell's own.
+    pub trials: Option<u64>,
     /// Cells of the experiment.
     pub cells: Vec<Cell>,
 }
@@ -154,8 +157,11 @@ impl Status {
         let (seed, cells) = match first {
             Some((_, header)) => (Seed::new(header.seed), header.settings.cells.clone()),
             None => {
-                let Plan { seed, cells } = plan()?;
-                let cell = |cell: Cell| CellSettings { cell: cell.settings, trials: cell.trials };
+                let Plan { seed, trials, cells } = plan()?;
+                let cell = |Cell { settings: cell, trials: own, .. }| CellSettings {
+                    cell,
+                    trials: trials.unwrap_or(own),
+                };
                 (seed, cells.into_iter().map(cell).collect())
             }
         };
@@ -176,11 +182,7 @@ impl Status {
                 return Err(refused(folder, reason));
             }
             for (other, contents) in journals(&found) {
-                let places = [folder.display().to_string(), other.display().to_string()];
-                if let Some(differences) = header.differences(&contents.header, &places) {
-                    let reason = format!("it does not belong with {}: {differences}", places[0]);
-                    return Err(refused(other, reason));
-                }
+                belong_together((folder, header), (other, &contents.header))?;
             }
         }
         let mut done: Vec<Vec<bool>> =
@@ -215,15 +217,17 @@ impl Status {
         self.done() == self.trials() && !self.shards.iter().any(ShardStatus::must_run)
     }
 
-    /// Returns the shards that have to run again, in order. `None` if the shards do not have a common number.
-    pub fn rerun(&self) -> Option<Vec<Shard>> {
+    /// Returns the numbers, counted from 1, of the shards that have to run again, in order. `None` if the shards do not
+    /// have a common number.
+    pub fn rerun(&self) -> Option<Vec<u64>> {
         let shards: Vec<Shard> = self.shards.iter().filter_map(|shard| shard.shard).collect();
         let of = shards.first()?.of;
         if shards.iter().any(|shard| shard.of != of) {
             return None;
         }
         let again = self.shards.iter().filter(|shard| shard.must_run());
-        let mut again: Vec<Shard> = again.filter_map(|shard| shard.shard).collect();
+        let again = again.filter_map(|shard| Some(shard.shard?.index.saturating_add(1)));
+        let mut again: Vec<u64> = again.collect();
         again.dedup();
         Some(again)
     }
@@ -252,13 +256,9 @@ impl Status {
             }
             value
         });
-        let rerun = self.rerun();
-        let numbers = |rerun: Vec<Shard>| -> Vec<u64> {
-            rerun.iter().map(|shard| shard.index.saturating_add(1)).collect()
-        };
         json!({
             "name": self.experiment, "seed": self.seed.value(), "complete": self.is_complete(),
-            "done": self.done(), "trials": self.trials(), "rerun": rerun.map(numbers),
+            "done": self.done(), "trials": self.trials(), "rerun": self.rerun(),
             "shards": shards.collect::<Vec<_>>(), "cells": cells.collect::<Vec<_>>(),
         })
     }
@@ -352,22 +352,13 @@ fn shards(found: &[(&Path, Found)], done: &[Vec<bool>]) -> Vec<ShardStatus> {
 
 /// Returns the status of a shard whose folder is absent.
 fn of_shard(shard: Option<Shard>, done: &[Vec<bool>]) -> ShardStatus {
-    let mut status = ShardStatus {
-        shard,
-        folder: None,
-        state: ShardState::Absent,
-        done: 0,
-        trials: 0,
-        missing: Vec::new(),
-        torn_bytes: 0,
-        damaged_bytes: 0,
-        reason: None,
-    };
+    let mut status = ShardStatus { shard, ..ShardStatus::default() };
     let Some(shard) = shard else { return status };
     for (cell, done) in done.iter().enumerate() {
         let trials = missing(done, shard);
-        status.trials += own(done.len(), shard).count() as u64;
-        status.done += own(done.len(), shard).count() as u64 - trials.len() as u64;
+        let own = own(done.len(), shard).count() as u64;
+        status.trials += own;
+        status.done += own - trials.len() as u64;
         if !trials.is_empty() {
             status.missing.push(Missing { cell, trials });
         }

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::PlanningProblem;
+use super::{PlanningProblem, read, refused};
 use crate::files::{FileError, Limit, read_regular_file};
-use crate::plan::strips::{Bodies, Domain, Problem};
+use crate::plan::strips::{Domain, Problem};
 use crate::sim::Seed;
 use crate::task::TaskError;
 
@@ -60,21 +60,20 @@ pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
             "{} has no problems; expected domain.pddl and task01.pddl, or folders with such files (at most {DEPTH} deep; links to folders are not followed)",
             folder.display()
         );
-        return Err(TaskError::Problem { reason });
+        return Err(refused(reason));
     }
     found.sort_by(|a, b| (&a.group, &a.name).cmp(&(&b.group, &b.name)));
     // Results are kept by these names, so two problems of one name would share one result.
-    if let Some([twice, ..]) = found
-        .windows(2)
-        .find(|pair| (&pair[0].group, &pair[0].name) == (&pair[1].group, &pair[1].name))
-    {
+    let same =
+        |pair: &&[ProblemFiles]| (&pair[0].group, &pair[0].name) == (&pair[1].group, &pair[1].name);
+    if let Some([twice, ..]) = found.windows(2).find(same) {
         let reason = format!(
             "{} has two problems `{}` in `{}`; expected one problem of each name in folders of different names",
             folder.display(),
             twice.name,
             twice.group
         );
-        return Err(TaskError::Problem { reason });
+        return Err(refused(reason));
     }
     Ok(found)
 }
@@ -146,16 +145,15 @@ fn search(
                 number if number.is_empty() => number,
                 number => format!(" or domain{number}.pddl"),
             };
-            let reason =
-                format!("{} has no domain; expected domain.pddl{own} beside it", problem.display());
-            return Err(TaskError::Problem { reason });
+            let problem = problem.display();
+            let reason = format!("{problem} has no domain; expected domain.pddl{own} beside it");
+            return Err(refused(reason));
         };
         if found.len() >= MAX_PROBLEMS {
-            let reason =
-                format!("there are more than {MAX_PROBLEMS} problems; name a folder with fewer");
-            return Err(TaskError::Problem { reason });
+            let reason = "problems; name a folder with fewer";
+            return Err(refused(format!("there are more than {MAX_PROBLEMS} {reason}")));
         }
-        found.push(read(domain, &problem, &group)?);
+        found.push(found_in(domain, &problem, &group)?);
     }
     for inner in folders.iter().filter(|_| depth > 0) {
         let name = inner.file_name().unwrap_or_default().to_string_lossy();
@@ -165,18 +163,15 @@ fn search(
     Ok(())
 }
 
-fn read(domain: &Path, problem: &Path, group: &str) -> Result<ProblemFiles, TaskError> {
-    let refused = |fault: &dyn std::fmt::Display| TaskError::Problem { reason: fault.to_string() };
-    let texts = [domain, problem].map(|path| read_regular_file(path, Limit::PDDL));
-    let [domain_text, problem_text] = texts;
+fn found_in(domain: &Path, problem: &Path, group: &str) -> Result<ProblemFiles, TaskError> {
+    let paths = [domain, problem];
+    let [domain_text, problem_text] = paths.map(|path| read_regular_file(path, Limit::PDDL));
     let (domain_text, problem_text) = (domain_text?, problem_text?);
     let hash = |seed: Seed, text: &[u8]| seed.derive(&String::from_utf8_lossy(text), "text");
     let fingerprint = hash(hash(Seed::new(0), &domain_text), &problem_text).value();
-    let domain = Domain::parse(&domain_text, &domain.display().to_string(), Bodies::Read)
-        .map_err(|fault| refused(&fault))?;
     let name = problem.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let problem = Problem::parse(&problem_text, &problem.display().to_string(), &domain)
-        .map_err(|fault| refused(&fault))?;
+    let [domain_name, problem_name] = paths.map(|path| path.display().to_string());
+    let (domain, problem) = read([(&domain_name, &domain_text), (&problem_name, &problem_text)])?;
     let group = if group.is_empty() { domain.name.clone() } else { group.to_owned() };
     Ok(ProblemFiles { group, name, domain, problem, fingerprint })
 }

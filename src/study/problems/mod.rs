@@ -37,6 +37,7 @@ pub use kitchen::Kitchen;
 pub(super) use packing::packing;
 pub use tangled::{TANGLED, tangled};
 
+use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use crate::plan::strips::{Bodies, Domain, Grounded, Problem, validate};
@@ -45,6 +46,20 @@ use crate::task::TaskError;
 fn outside(name: &'static str, value: usize, range: RangeInclusive<usize>) -> TaskError {
     let [least, most] = [*range.start() as f64, *range.end() as f64];
     TaskError::Range { name, value: value as f64, least, most }
+}
+
+/// Refuses a problem, in a sentence.
+fn refused(fault: impl Display) -> TaskError {
+    TaskError::Problem { reason: fault.to_string() }
+}
+
+/// Reads a domain and a problem, each with its name.
+fn read(
+    [(domain_name, domain), (problem_name, problem)]: [(&str, &[u8]); 2],
+) -> Result<(Domain, Problem), TaskError> {
+    let domain = Domain::parse(domain, domain_name, Bodies::Read).map_err(refused)?;
+    let problem = Problem::parse(problem, problem_name, &domain).map_err(refused)?;
+    Ok((domain, problem))
 }
 
 /// A problem with its domain, grounded.
@@ -64,8 +79,7 @@ impl PlanningProblem {
     /// # Errors
     /// [`TaskError::Problem`] if the problem is too large, or if its goal cannot be reached even if nothing were made false.
     pub fn new(domain: Domain, problem: Problem) -> Result<Self, TaskError> {
-        let grounded = Grounded::new(&domain, &problem)
-            .map_err(|fault| TaskError::Problem { reason: fault.to_string() })?;
+        let grounded = Grounded::new(&domain, &problem).map_err(refused)?;
         Ok(Self { domain, problem, grounded })
     }
 
@@ -74,10 +88,8 @@ impl PlanningProblem {
     /// # Errors
     /// [`TaskError::Problem`] for text that is no typed STRIPS, and as [`new`](Self::new).
     pub fn parse(domain: &str, problem: &str) -> Result<Self, TaskError> {
-        let domain = Domain::parse(domain.as_bytes(), "domain.pddl", Bodies::Read)
-            .map_err(|fault| TaskError::Problem { reason: fault.to_string() })?;
-        let problem = Problem::parse(problem.as_bytes(), "problem.pddl", &domain)
-            .map_err(|fault| TaskError::Problem { reason: fault.to_string() })?;
+        let (domain, problem) =
+            read([("domain.pddl", domain.as_bytes()), ("problem.pddl", problem.as_bytes())])?;
         Self::new(domain, problem)
     }
 

@@ -31,7 +31,7 @@ const BELOW: f64 = 0.1;
 /// Least similarity of an action to the names of the found objects, and to the effect.
 const ACTION_LEVEL: Real = 0.5;
 
-/// Asks for the objects of each query of `on_objects`, and for objects and actions of each of `on_actions`.
+/// Asks for the objects of each query of the first list, and for objects and actions of each of the second.
 ///
 /// # Errors
 /// [`VocabError::Dimension`] if the number of dimensions cannot be used.
@@ -39,17 +39,15 @@ pub fn exact(
     world: &World,
     dimensions: usize,
     method: Method,
-    [on_objects, on_actions]: [&[Query]; 2],
+    queries: [&[Query]; 2],
     seed: Seed,
 ) -> Result<Score, VocabError> {
+    let (Method::Sum(roles) | Method::Joint { roles, .. }) = method;
+    let symbols = Symbols::draw(world, dimensions, roles, seed)?;
     match method {
-        Method::Sum(roles) => {
-            let symbols = Symbols::draw(world, dimensions, roles, seed)?;
-            by_sum(world, &symbols, [on_objects, on_actions])
-        }
-        Method::Joint { roles, level, noise } => {
-            let symbols = Symbols::draw(world, dimensions, roles, seed)?;
-            by_each(world, &symbols, (level, noise), [on_objects, on_actions], seed)
+        Method::Sum(_) => by_sum(world, &symbols, queries),
+        Method::Joint { level, noise, .. } => {
+            by_each(world, &symbols, (level, noise), queries, seed)
         }
     }
 }

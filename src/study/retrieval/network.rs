@@ -8,7 +8,7 @@ use super::world::{Query, World};
 use crate::neurons::{LifSpec, PatternError, Population, PopulationPlan, SolvedModel};
 use crate::sim::{
     Graph, GraphBuilder, In, Out, Pointer, PointerRef, Real, RunConfig, Seed, SimDuration,
-    Simulator, Stimulus, Synapse, Threads, Timebase, Vector,
+    Simulator, Stimulus, Synapse, Timebase, Vector,
 };
 use crate::spa::{JointMemory, Linear, State, VocabError};
 use crate::task::TaskError;
@@ -37,10 +37,6 @@ pub struct NetworkSpec {
     pub cleaned: bool,
     /// Neurons of the populations that represent the conditions; `None` for exact maths in the whole network.
     pub conditions: Option<LifSpec>,
-    /// Number of neurons per item and threshold.
-    pub per_item: usize,
-    /// Simulated time of a query.
-    pub span: SimDuration,
 }
 
 impl Default for NetworkSpec {
@@ -52,8 +48,6 @@ impl Default for NetworkSpec {
             level: 0.65,
             cleaned: false,
             conditions: Some(LifSpec::default()),
-            per_item: 1,
-            span: SimDuration::from_millis(40),
         }
     }
 }
@@ -61,7 +55,7 @@ impl Default for NetworkSpec {
 impl NetworkSpec {
     fn plan(&self) -> Result<PopulationPlan, PatternError> {
         let Some(conditions) = self.conditions else { return Ok(PopulationPlan::direct()) };
-        let few = Population::Lif(LifSpec::few_per_item(self.per_item));
+        let few = Population::Lif(LifSpec::few_per_item(1));
         let plan = PopulationPlan::all(Population::Lif(conditions))
             .with("objects/**".parse()?, few.clone());
         match self.reach {
@@ -76,10 +70,11 @@ pub struct Network {
     graph: Arc<Graph>,
     objects: Out<Vector>,
     actions: Option<Out<Vector>>,
-    span: SimDuration,
     neurons: usize,
 }
 
+/// Simulated time of a query.
+const SPAN: SimDuration = SimDuration::from_millis(40);
 /// Activity above which an item counts as found.
 const FOUND: Real = 0.5;
 /// Level of the similarity of a condition to an atom, where conditions are cleaned.
@@ -111,7 +106,7 @@ impl Network {
             shown.iter_mut().zip([place, goal]).for_each(|(all, one)| all.push(one));
         }
         let show = |graph: &mut GraphBuilder, name: &str, all: &[Vec<Real>], port: &In<_>| {
-            let given = graph.add(&format!("{name}_given"), stimulus(&symbols, all, spec.span));
+            let given = graph.add(&format!("{name}_given"), stimulus(&symbols, all));
             let state = graph.add(name, State::new(vocabulary));
             graph.connect(&given, &state.input, Synapse::None);
             graph.connect(&state.output, port, Synapse::None);
@@ -138,7 +133,7 @@ impl Network {
         })?;
         let graph = Arc::new(graph.build(Timebase::default(), &plan, seed)?);
         let neurons = SolvedModel::of(&graph).neurons();
-        Ok(Self { graph, objects: objects.items, actions: found_actions, span: spec.span, neurons })
+        Ok(Self { graph, objects: objects.items, actions: found_actions, neurons })
     }
 
     /// Returns the number of neurons.
@@ -163,43 +158,37 @@ impl Network {
         at: &[SimDuration],
         seed: Seed,
     ) -> Result<Vec<Score>, TaskError> {
-        let run = RunConfig::seeded(seed).with_threads(Threads::Serial);
-        let mut sim = Simulator::new(self.graph.clone(), run)?;
+        let mut sim = Simulator::new(self.graph.clone(), RunConfig::seeded(seed))?;
         let mut scores = vec![Score::default(); at.len()];
         let found = |values: &[Real]| -> Vec<usize> {
             (0..values.len()).filter(|index| values[*index] >= FOUND).collect()
         };
-        let micros = |span: SimDuration| span.as_micros();
         for query in queries {
             let objects = world.objects_of(query);
             let actions = self.actions.as_ref().map(|_| world.actions_of(query));
             let mut now = 0;
             for (score, time) in scores.iter_mut().zip(at) {
-                sim.run_for(SimDuration::from_micros(micros(*time).saturating_sub(now)))?;
-                now = now.max(micros(*time));
+                sim.run_for(SimDuration::from_micros(time.as_micros().saturating_sub(now)))?;
+                now = now.max(time.as_micros());
                 score.objects.add(&found(sim.value(&self.objects)), &objects);
                 if let (Some(out), Some(actions)) = (&self.actions, &actions) {
                     score.actions.add(&found(sim.value(out)), actions);
                 }
             }
-            sim.run_for(SimDuration::from_micros(micros(self.span).saturating_sub(now)))?;
+            sim.run_for(SimDuration::from_micros(SPAN.as_micros().saturating_sub(now)))?;
         }
         Ok(scores)
     }
 }
 
 /// Shows vectors one after another, each for the time of a query.
-fn stimulus(
-    symbols: &Symbols,
-    vectors: &[Vec<Real>],
-    span: SimDuration,
-) -> Stimulus<Pointer<Retrieved>> {
+fn stimulus(symbols: &Symbols, vectors: &[Vec<Real>]) -> Stimulus<Pointer<Retrieved>> {
     let space = symbols.vocabulary.space();
     let zero = vec![0.0; symbols.vocabulary.dim()];
     let first = vectors.first().unwrap_or(&zero);
     let mut shown = Stimulus::pointer(space, &PointerRef::from_raw(first));
     for (index, vector) in vectors.iter().enumerate().skip(1) {
-        let from = SimDuration::from_micros(span.as_micros() * index as u64);
+        let from = SimDuration::from_micros(SPAN.as_micros() * index as u64);
         shown = shown.from(from, &PointerRef::<Retrieved>::from_raw(vector));
     }
     shown

@@ -6,15 +6,14 @@
 //! asked for: each trace is unbound by it, and what results is cleaned up. Basal ganglia open the gates, first for the
 //! list and then for the question.
 
-use super::planners::Slot;
+use super::planners::{Rule, Slot, gated_slot, turn};
 use super::{Plain, Reading, Standard, Watched};
 use crate::neurons::SelectRule;
 use crate::sim::{
-    Constant, GraphBuilder, In, Out, Pointer, ProbeSpec, Real, Scalar, SimDuration, Stimulus,
-    Synapse,
+    Constant, GraphBuilder, Out, Pointer, ProbeSpec, Real, SimDuration, Stimulus, Synapse,
 };
 use crate::spa::{
-    BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, Linear, Superpose, Unbind, VocabError,
+    BasalGanglia, Bind, CleanupMemory, FEED_FORWARD, Superpose, Unbind, VocabError,
     VocabularyBuilder,
 };
 
@@ -45,7 +44,7 @@ const WEIGHT: Real = 0.9;
 const OPEN: Real = 1.3;
 
 /// The gates that each rule opens.
-const RULES: [(&str, &[&str]); 2] =
+const RULES: [Rule; 2] =
     [("take_up", &["item", "place", "pair", "trace"]), ("ask", &["question", "answer"])];
 
 /// Adds the network. The answer is probed.
@@ -64,22 +63,15 @@ pub(super) fn list_memory(
         .build()?;
     let space = known.space();
 
-    let turn = |rule: usize| -> Vec<Real> {
-        (0..RULES.len()).map(|r| if r == rule { 0.8 } else { 0.3 }).collect()
-    };
+    let turn = |rule| turn(rule, RULES.len());
     let turns = Stimulus::vector(&turn(0)).from(SimDuration::from_millis(LIST_MS), &turn(1));
     let turns = graph.add("turns", turns);
     let selection = graph.add("selection", BasalGanglia::new(RULES.len()));
     graph.connect(&turns, &selection.utilities, none);
     let slot = |graph: &mut GraphBuilder, area: &str, gate: &str| {
         let path = if area.is_empty() { gate.to_owned() } else { format!("{gate}_{area}") };
-        let slot = graph.add(&path, Slot { vocabulary: &known, recurrent: gate == HELD });
-        let row = RULES.iter().map(|(_, gates)| if gates.contains(&gate) { OPEN } else { 0.0 });
-        let open = graph.add(&format!("open_{path}"), Linear::weighted_sum(row.collect()));
-        graph.connect(&selection.chosen, &open.input, none);
-        let opened: &In<Scalar> = &slot.open;
-        graph.connect(&open.output, opened, none);
-        slot
+        let slot = Slot { vocabulary: &known, recurrent: gate == HELD };
+        gated_slot(graph, (&path, gate), slot, (&selection.chosen, &RULES, OPEN))
     };
 
     let mut pairs = Vec::new();

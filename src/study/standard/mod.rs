@@ -12,13 +12,12 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde::Serialize;
 use thiserror::Error;
 
 use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, neurons};
 use crate::sim::{
-    Graph, GraphBuilder, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed, SimDuration,
-    Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
+    Graph, GraphBuilder, Kind, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed,
+    SimDuration, Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
 };
 use crate::spa::cosine_of_slices;
 use crate::task::TaskError;
@@ -92,8 +91,6 @@ pub struct Standard {
     pub sim_ms: u64,
     /// Seed of neurons, pointers and inputs.
     pub seed: Seed,
-    /// Threads that compute the ticks of the run. The threads affect the run time but not the quality.
-    pub threads: Threads,
     /// Rank among the processes that share the network, if there are several. They must build and run it at the same time.
     pub ranks: Option<Ranks>,
 }
@@ -107,14 +104,13 @@ impl Default for Standard {
             choice: SelectRule::WinnerTakeAll { level: 0.5 },
             sim_ms: 1_000,
             seed: Seed::new(1),
-            threads: Threads::Auto,
             ranks: None,
         }
     }
 }
 
 /// Measurements of a run of a standard network.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// Number of neurons; 0 in direct mode.
     pub neurons: usize,
@@ -133,7 +129,7 @@ pub struct Measured {
 }
 
 /// Vocabulary tag of the pointers in [`Model::Bind`], [`Model::State`] and [`Model::Memory`].
-pub struct Plain;
+struct Plain;
 
 impl VocabTag for Plain {
     const NAME: &'static str = "plain";
@@ -219,6 +215,10 @@ impl Standard {
     }
 }
 
+fn rows<K: Kind>(sim: &Simulator, probe: &ProbeId<K>) -> Vec<(f64, Vec<Real>)> {
+    sim.samples(probe).iter().map(|(t, v)| (t, v.to_vec())).collect()
+}
+
 impl Built {
     /// Returns the solved populations of the network.
     pub fn solved(&self) -> SolvedModel {
@@ -230,29 +230,20 @@ impl Built {
         &self.graph
     }
 
-    /// Returns the wall-clock time of the build, in seconds.
-    pub fn build_s(&self) -> f64 {
-        self.build_s
-    }
-
     /// Runs the network and measures its speed and quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value becomes infinite or NaN.
     pub fn run(&self) -> Result<Measured, TaskError> {
-        let run = RunConfig::seeded(self.spec.seed).with_threads(self.spec.threads);
+        let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Auto);
         let mut sim = Simulator::new(self.graph.clone(), run)?;
         // Quality is measured in the first 300 ms. The rest of the run only measures time, so its samples are dropped.
         let begun = Instant::now();
         sim.run_for(SimDuration::from_millis(READ_MS))?;
         let mut run_s = begun.elapsed().as_secs_f64();
-        let rows: Vec<(f64, Vec<Real>)> = match &self.probe {
-            Watched::Pointer(probe) => {
-                sim.samples(probe).iter().map(|(t, v)| (t, v.to_vec())).collect()
-            }
-            Watched::Vector(probe) => {
-                sim.samples(probe).iter().map(|(t, v)| (t, v.to_vec())).collect()
-            }
+        let rows = match &self.probe {
+            Watched::Pointer(probe) => rows(&sim, probe),
+            Watched::Vector(probe) => rows(&sim, probe),
         };
         for from in (READ_MS..self.spec.sim_ms).step_by(1_000) {
             sim.clear_recordings();

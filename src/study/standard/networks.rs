@@ -4,9 +4,8 @@ use rand::RngExt;
 
 use super::{Plain, Reading, Standard, Watched};
 use crate::neurons::{Layers, Map};
-use crate::sim::Ports;
 use crate::sim::{
-    Constant, GraphBuilder, Module, PointerRef, ProbeSpec, Real, Scope, Seed, SimDuration,
+    Constant, GraphBuilder, Module, PointerRef, Ports, ProbeSpec, Real, Scope, Seed, SimDuration,
     Stimulus, Synapse, Vector,
 };
 use crate::spa::{

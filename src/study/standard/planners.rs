@@ -4,7 +4,7 @@ use super::{Reading, Standard, Watched};
 use crate::neurons::SelectRule;
 use crate::sim::{
     Constant, GraphBuilder, In, Module, Out, Pointer, ProbeSpec, Real, Scalar, Scope, SimDuration,
-    Stimulus, Synapse, VocabTag,
+    Stimulus, Synapse, Vector, VocabTag,
 };
 use crate::spa::{
     AssociativeMemory, BasalGanglia, CleanupMemory, Gate, Linear, RECURRENT, State, Unbind,
@@ -180,8 +180,31 @@ impl<V: VocabTag> Module for Slot<'_, V> {
     }
 }
 
+/// A rule's name, and the gates that it opens.
+pub(super) type Rule = (&'static str, &'static [&'static str]);
+
+/// Adds a slot whose gate opens, by `weight`, with each rule that names it as `gate`. `chosen` has the activities of the rules.
+pub(super) fn gated_slot<V: VocabTag>(
+    graph: &mut GraphBuilder,
+    (path, gate): (&str, &str),
+    slot: Slot<'_, V>,
+    (chosen, rules, weight): (&Out<Vector>, &[Rule], Real),
+) -> SlotPorts<V> {
+    let slot = graph.add(path, slot);
+    let row = rules.iter().map(|(_, gates)| if gates.contains(&gate) { weight } else { 0.0 });
+    let open = graph.add(&format!("open_{path}"), Linear::weighted_sum(row.collect()));
+    graph.connect(chosen, &open.input, Synapse::None);
+    graph.connect(&open.output, &slot.open, Synapse::None);
+    slot
+}
+
+/// Returns the utilities of rules of which one has its turn.
+pub(super) fn turn(rule: usize, rules: usize) -> Vec<Real> {
+    (0..rules).map(|r| if r == rule { 0.8 } else { 0.3 }).collect()
+}
+
 /// Rules of the goal stack, each with the slots whose gates it opens.
-const RULES: [(&str, &[&str]); 11] = [
+const RULES: [Rule; 11] = [
     ("plan", &["goal", "action", "deep", "preconditions", "unsatisfied", "world"]),
     ("expect", &["effect"]),
     ("descend", &["subgoal"]),
@@ -209,43 +232,28 @@ pub(super) fn goal_stack(
     let Encoded { states, actions, .. } = &symbols.encoded;
     let none = Synapse::None;
 
-    let turn = |rule: usize| -> Vec<Real> {
-        (0..RULES.len()).map(|r| if r == rule { 0.8 } else { 0.3 }).collect()
-    };
+    let turn = |rule| turn(rule, RULES.len());
     let turns = (1..RULES.len()).fold(Stimulus::vector(&turn(0)), |turns, rule| {
         turns.from(SimDuration::from_millis(RULE_MS * rule as u64), &turn(rule))
     });
     let turns = graph.add("turns", turns);
     let selection = graph.add("selection", BasalGanglia::new(RULES.len()));
     graph.connect(&turns, &selection.utilities, none);
-    let open = |graph: &mut GraphBuilder, slot: &str, port: &In<Scalar>| {
-        let row = RULES.iter().map(|(_, slots)| if slots.contains(&slot) { 1.0 } else { 0.0 });
-        let map = graph.add(&format!("open_{slot}"), Linear::weighted_sum(row.collect()));
-        graph.connect(&selection.chosen, &map.input, none);
-        graph.connect(&map.output, port, none);
-    };
+    let rules = (&selection.chosen, &RULES[..], 1.0);
     let state_slot = |graph: &mut GraphBuilder, name: &str| {
-        let slot = graph.add(name, Slot { vocabulary: states, recurrent: true });
-        open(graph, name, &slot.open);
-        slot
+        gated_slot(graph, (name, name), Slot { vocabulary: states, recurrent: true }, rules)
     };
     let action_slot = |graph: &mut GraphBuilder, name: &str| {
-        let slot = graph.add(name, Slot { vocabulary: actions, recurrent: true });
-        open(graph, name, &slot.open);
-        slot
+        gated_slot(graph, (name, name), Slot { vocabulary: actions, recurrent: true }, rules)
     };
 
     let goal = state_slot(graph, "goal");
     let action = action_slot(graph, "action");
-    let deep = state_slot(graph, "deep");
-    let preconditions = state_slot(graph, "preconditions");
-    let unsatisfied = state_slot(graph, "unsatisfied");
-    let effect = state_slot(graph, "effect");
-    let subgoal = state_slot(graph, "subgoal");
-    let stack: Vec<SlotPorts<StateSpace>> =
-        ["stack_1", "stack_2", "stack_3"].map(|name| state_slot(graph, name)).into();
-    let world = state_slot(graph, "world");
-    let achieved = state_slot(graph, "achieved");
+    let [deep, preconditions, unsatisfied, effect, subgoal] =
+        ["deep", "preconditions", "unsatisfied", "effect", "subgoal"]
+            .map(|name| state_slot(graph, name));
+    let stack = ["stack_1", "stack_2", "stack_3"].map(|name| state_slot(graph, name));
+    let [world, achieved] = ["world", "achieved"].map(|name| state_slot(graph, name));
     let motor = action_slot(graph, "motor");
 
     let given = graph.add("given", symbols.given(RULE_MS)?);

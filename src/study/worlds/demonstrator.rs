@@ -32,7 +32,10 @@ impl Run {
             if candidates.is_empty() {
                 open.swap_remove(chosen);
             }
-            if let Some(target) = self.target(job, body, at, &mut rng) {
+            if let Some(mut target) = self.free_target(body, at, &mut rng) {
+                if self.spec.jobs[job].in_place {
+                    target.translation = self.bodies[body].pose.translation;
+                }
                 return Some((self.bodies[body].id.clone(), pose(&target)));
             }
         }
@@ -87,21 +90,6 @@ impl Run {
         let mut found = self.moves_into(rule);
         found.retain(serves);
         found
-    }
-
-    /// Draws a free target for a move of a job, in the world frame.
-    fn target(
-        &self,
-        job: usize,
-        body: usize,
-        at: At,
-        rng: &mut ChaCha8Rng,
-    ) -> Option<Isometry3<f64>> {
-        let mut target = self.free_target(body, at, rng)?;
-        if self.spec.jobs[job].in_place {
-            target.translation = self.bodies[body].pose.translation;
-        }
-        Some(target)
     }
 
     /// Draws a free target in a state, in the world frame.

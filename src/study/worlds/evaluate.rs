@@ -11,6 +11,7 @@ use crate::task::compile::Problem;
 use crate::task::domain::{NeedVerdict, RelationalDomain, RelationalOperator, Role, Subject};
 use crate::task::learn::{Settings, learn};
 use crate::task::recording::Sensing;
+use crate::task::recording::Snapshot;
 
 /// Settings of an evaluation.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,10 +81,7 @@ pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
         .map(|demo| {
             let mut last: Option<Layout> = None;
             let layouts = demo.snapshots.iter().map(|snapshot| {
-                let layout = match &last {
-                    Some(before) => classifier.classify_after(before, snapshot),
-                    None => classifier.classify(snapshot),
-                };
+                let layout = seen(&classifier, last.as_ref(), snapshot);
                 let said = said(domain, &layout);
                 last = Some(layout);
                 said
@@ -115,10 +113,7 @@ pub fn episodes(
         let mut trouble = None;
         let mut tried: Vec<(usize, usize)> = Vec::new();
         let outcome = carry_out(&mut run, MOST_MOVES, &trial.sensing, seed, |scene| {
-            let layout = match &last {
-                Some(before) => classifier.classify_after(before, scene),
-                None => classifier.classify(scene),
-            };
+            let layout = seen(&classifier, last.as_ref(), scene);
             let step = next(domain, &layout, &mut tried, trial);
             last = Some(layout);
             step.unwrap_or_else(|reason| {
@@ -133,6 +128,12 @@ pub fn episodes(
         outcomes.push(outcome);
     }
     (outcomes, troubles)
+}
+
+/// Classifies with hysteresis after the first scene.
+fn seen(classifier: &Classifier, last: Option<&Layout>, scene: &Snapshot) -> Layout {
+    let after = |before| classifier.classify_after(before, scene);
+    last.map_or_else(|| classifier.classify(scene), after)
 }
 
 fn said(domain: &RelationalDomain, layout: &Layout) -> Vec<Option<SaidState>> {

@@ -148,8 +148,6 @@ struct Resting {
     state: &'static str,
     /// Id of the reference object; `None` in the world frame.
     reference: Option<Arc<str>>,
-    /// Index of the place in [`TrueState::places`].
-    place: usize,
 }
 
 /// A recording with the truth behind it, for scoring. A learner must see only the recording.

@@ -113,8 +113,8 @@ pub(super) fn fits(state: &TrueState, target: &Isometry3<f64>) -> bool {
     let near = match state.extent {
         Extent::Spot { tolerance_m, .. } => offset.norm() <= tolerance_m,
         Extent::Area { half_m: [x, y], depth_m } => {
-            let up = target_up(offset.z, depth_m);
-            offset.x.abs() <= x && offset.y.abs() <= y && up
+            let heights = -ABOVE_AREA_M..=depth_m + ABOVE_AREA_M;
+            offset.x.abs() <= x && offset.y.abs() <= y && heights.contains(&offset.z)
         }
     };
     let off_deg = match state.turn {
@@ -123,10 +123,6 @@ pub(super) fn fits(state: &TrueState, target: &Isometry3<f64>) -> bool {
         Turn::Full => target.rotation.angle().to_degrees(),
     };
     near && off_deg <= state.tolerance_deg
-}
-
-fn target_up(height: f64, depth_m: f64) -> bool {
-    (-ABOVE_AREA_M..=depth_m + ABOVE_AREA_M).contains(&height)
 }
 
 /// Returns where an object comes to rest that was put at a target within the tolerance.

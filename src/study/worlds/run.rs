@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::rest::{draw, fits, rest};
-use super::spec::{Count, Job, Kind, Lie, Quota, Rule, Spec, Start};
+use super::spec::{Count, Job, Kind, Lie, Quota, Spec, Start};
 use super::truth::{Extent, Need};
 use super::{Resting, Stage};
 use crate::robot::Pose;
@@ -137,13 +137,8 @@ impl Run {
                 return (pose, None);
             }
             Start::In(state) => state,
-            Start::Either(one, other) => {
-                if first {
-                    one
-                } else {
-                    other
-                }
-            }
+            Start::Either(one, _) if first => one,
+            Start::Either(_, other) => other,
         };
         let Some(rule) = self.rule(state) else { return (Isometry3::identity(), None) };
         let mut start = (Isometry3::identity(), None);
@@ -178,13 +173,8 @@ impl Run {
         &self.spec.kinds[self.bodies[body].kind]
     }
 
-    /// The rule of the state that an object is in.
-    fn rule_of(&self, body: usize) -> Option<&Rule> {
-        Some(&self.spec.rules[self.bodies[body].at?.rule])
-    }
-
     pub(super) fn is_in(&self, body: usize, state: &str) -> bool {
-        self.rule_of(body).is_some_and(|r| r.state.name == state)
+        self.bodies[body].at.is_some_and(|at| self.spec.rules[at.rule].state.name == state)
     }
 
     /// The objects in a state; with `on`, only those relative to that reference object.
@@ -279,21 +269,19 @@ impl Run {
         }
     }
 
-    /// The number of objects in a state, without the moved and the reference object.
-    fn others(&self, body: usize, on: Option<usize>, state: &str) -> usize {
-        let others = (0..self.bodies.len()).filter(|b| *b != body && Some(*b) != on);
-        others.filter(|b| self.is_in(*b, state)).count()
-    }
-
     fn holds(&self, need: &Need, body: usize, on: Option<usize>) -> bool {
+        let others = |state| {
+            let others = (0..self.bodies.len()).filter(|b| *b != body && Some(*b) != on);
+            others.filter(|b| self.is_in(*b, state)).count()
+        };
         match *need {
             Need::Object(state) => self.is_in(body, state),
             Need::Reference(state) => on.is_some_and(|on| self.is_in(on, state)),
             Need::Holds { state, at_least } => {
                 on.is_some_and(|on| self.count(state, Some(on)) >= at_least)
             }
-            Need::Somewhere(state) => self.others(body, on, state) > 0,
-            Need::Nowhere(state) => self.others(body, on, state) == 0,
+            Need::Somewhere(state) => others(state) > 0,
+            Need::Nowhere(state) => others(state) == 0,
             Need::Clear(state) => on.is_some_and(|on| self.count(state, Some(on)) == 0),
         }
     }
@@ -389,7 +377,6 @@ impl Run {
         let resting = |at: At| Resting {
             state: self.spec.rules[at.rule].state.name,
             reference: at.on.map(|on| self.bodies[on].id.clone()),
-            place: at.place,
         };
         self.bodies.iter().map(|body| body.at.map(resting)).collect()
     }

@@ -140,7 +140,6 @@ pub(super) fn spot(
         extent,
         turn: Turn::Axis,
         tolerance_deg: 5.0,
-        shown: true,
     };
     Rule { state, needs: Vec::new(), reach: Vec::new() }
 }
@@ -181,11 +180,6 @@ impl Rule {
         if let Extent::Area { depth_m, .. } = &mut self.state.extent {
             *depth_m = metres;
         }
-        self
-    }
-
-    pub fn hidden(mut self) -> Self {
-        self.state.shown = false;
         self
     }
 

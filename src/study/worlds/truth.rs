@@ -53,8 +53,6 @@ pub struct TrueState {
     pub turn: Turn,
     /// Largest accepted deviation from the orientation that `turn` fixes, in degrees.
     pub tolerance_deg: f64,
-    /// Whether demonstrations show objects in this state. States that only mistakes reach are not shown.
-    pub shown: bool,
 }
 
 impl TrueState {

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::{Options, REVISION, Setup, begun_at, by_rules, first_action, number, unmet, world};
+use super::{Options, REVISION, Setup, begun_at, by_rules, number, unmet, world};
 use crate::sim::Seed;
 use crate::study::experiment::{About, Cell, Experiment, Measure, Reading, TrialOutcome, outcome};
 use crate::study::problems::{ProblemFiles, problems_in};
@@ -16,7 +16,6 @@ const LIMIT_MS: u64 = 10_000;
 /// The experiment: one cell for each problem of a folder.
 pub(crate) struct Ipc {
     setup: Setup,
-    trials: u64,
     folder: Option<PathBuf>,
     problems: Vec<ProblemFiles>,
 }
@@ -26,7 +25,6 @@ impl Ipc {
     pub fn new(options: &Options) -> Result<Self, TaskError> {
         Ok(Self {
             setup: Setup::spiking(SLOTS, LIMIT_MS),
-            trials: options.trials.unwrap_or(3),
             problems: options.problems.as_deref().map_or(Ok(Vec::new()), problems_in)?,
             folder: options.problems.clone(),
         })
@@ -35,20 +33,13 @@ impl Ipc {
 
 impl Experiment for Ipc {
     fn about(&self) -> About {
-        About {
-            name: "ipc",
-            question: "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?",
-            revision: REVISION,
-        }
-    }
-
-    fn settings(&self) -> Value {
+        let question = "How often does the planner of goal sets solve each problem in a folder of PDDL files (--problems)?";
         let mut settings = self.setup.settings();
         let folder = self.folder.as_deref().and_then(|path| path.file_name());
         settings["problems"] = json!(folder.map(|name| name.to_string_lossy()));
         let of = |p: &ProblemFiles| format!("{} {} {:016x}", p.group, p.name, p.fingerprint);
         settings["files"] = self.problems.iter().map(of).collect();
-        settings
+        About { name: "ipc", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -66,7 +57,7 @@ impl Experiment for Ipc {
         };
         let cell = |p: &ProblemFiles| {
             let settings = json!({"domain": p.group, "problem": p.name});
-            Cell::new(settings, self.trials, readings())
+            Cell::new(settings, 3, readings())
         };
         self.problems.iter().map(cell).collect()
     }
@@ -93,7 +84,7 @@ impl Experiment for Ipc {
         Ok(outcome([
             number(length.is_some()),
             actions(length),
-            begun_at(&course, first_action),
+            begun_at(course.begun.first()),
             0.0,
             unmet,
             begun,

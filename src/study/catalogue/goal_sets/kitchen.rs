@@ -2,9 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{
-    Options, REVISION, Setup, begun_at, first_action, last_action, number, rates, unmet, world,
-};
+use super::{REVISION, Setup, begun_at, number, rates, unmet, world};
 use crate::plan::goal_sets::Course;
 use crate::sim::Seed;
 use crate::study::experiment::{
@@ -26,14 +24,11 @@ pub(super) const REACHED: &str = "goal reached";
 const AS_PLANNED: &str = "first plan carried out";
 
 /// The experiment: kitchens as they are written, and with random names and orders.
-pub(crate) struct Kitchens {
-    setup: Setup,
-    trials: u64,
-}
+pub(crate) struct Kitchens(Setup);
 
 impl Kitchens {
-    pub fn new(options: &Options) -> Self {
-        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    pub fn new() -> Self {
+        Self(Setup::spiking(SLOTS, LIMIT_MS))
     }
 }
 
@@ -58,7 +53,7 @@ pub(super) fn readings() -> Vec<Reading> {
 /// may then reach the goal, but later.
 pub(super) fn outcome_of(course: &Course, actions: usize) -> TrialOutcome {
     let [unmet, begun] = unmet(course);
-    let last = begun_at(course, last_action);
+    let last = begun_at(course.begun.last());
     outcome([
         number(course.reached),
         number(course.reached && course.begun.len() == actions),
@@ -67,7 +62,7 @@ pub(super) fn outcome_of(course: &Course, actions: usize) -> TrialOutcome {
         unmet,
         begun,
         if course.reached { last } else { f64::NAN },
-        begun_at(course, first_action),
+        begun_at(course.begun.first()),
     ])
 }
 
@@ -90,22 +85,16 @@ const ORDERS: [(&str, bool); 2] = [("as written", false), ("random", true)];
 
 impl Experiment for Kitchens {
     fn about(&self) -> About {
-        About {
-            name: "kitchen",
-            question: "How often and how fast does the planner of goal sets boil water, with 2 to 5 actions left?",
-            revision: REVISION,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        settings(&self.setup)
+        let question = "How often and how fast does the planner of goal sets boil water, with 2 to 5 actions left?";
+        let settings = settings(&self.0);
+        About { name: "kitchen", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
         let cell = |actions: usize| {
             ORDERS.map(|(order, _)| {
                 let settings = json!({"names and orders": order, "actions": actions});
-                Cell::new(settings, self.trials, readings())
+                Cell::new(settings, 50, readings())
             })
         };
         ACTIONS.iter().flat_map(|actions| cell(*actions)).collect()
@@ -117,7 +106,7 @@ impl Experiment for Kitchens {
         if cell.choice("names and orders", &ORDERS)? {
             problem = shuffled(&problem, seed)?;
         }
-        let course = self.setup.pursue(&problem, world(&problem), &[], seed)?;
+        let course = self.0.pursue(&problem, world(&problem), &[], seed)?;
         Ok(outcome_of(&course, actions))
     }
 
@@ -138,7 +127,7 @@ mod tests {
     #[test]
     fn every_cell_in_direct_mode() {
         let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS) };
-        let kitchens = Kitchens { setup, trials: 2 };
+        let kitchens = Kitchens(setup);
         let cells = kitchens.cells();
         assert_eq!(cells.len(), 8);
         for cell in &cells {

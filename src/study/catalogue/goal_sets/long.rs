@@ -1,11 +1,9 @@
 //! `long-plans`: kettle, tea and toast, and generated households, with shortest plans of 6 to 16 actions.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::kitchen::shuffled;
-use super::{
-    Options, REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length,
-};
+use super::{REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length};
 use crate::sim::Seed;
 use crate::study::experiment::{About, Cell, Experiment, Figure, Results, TrialOutcome};
 use crate::study::problems::{Breakfast, Kitchen, PlanningProblem, breakfast, chores};
@@ -20,14 +18,11 @@ const HOUSEHOLDS: &str = "generated household";
 const PUT_BACK: &str = "kettle put back to plug in";
 
 /// The experiment: long plans.
-pub(crate) struct LongPlans {
-    setup: Setup,
-    trials: u64,
-}
+pub(crate) struct LongPlans(Setup);
 
 impl LongPlans {
-    pub fn new(options: &Options) -> Self {
-        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    pub fn new() -> Self {
+        Self(Setup::spiking(SLOTS, LIMIT_MS))
     }
 }
 
@@ -54,21 +49,16 @@ fn draw(cell: &Cell, shortest: usize, seed: Seed) -> Result<PlanningProblem, Tas
 
 impl Experiment for LongPlans {
     fn about(&self) -> About {
-        About {
-            name: "long-plans",
-            question: "How often, how fast and how well does the planner of goal sets plan 6 to 16 actions?",
-            revision: REVISION,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        self.setup.settings()
+        let question =
+            "How often, how fast and how well does the planner of goal sets plan 6 to 16 actions?";
+        let settings = self.0.settings();
+        About { name: "long-plans", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
         let cell = |(problem, shortest): (&str, usize)| {
             let settings = json!({"problem": problem, "shortest": shortest});
-            Cell::new(settings, self.trials, readings_of_length())
+            Cell::new(settings, 50, readings_of_length())
         };
         all().into_iter().map(cell).collect()
     }
@@ -76,7 +66,7 @@ impl Experiment for LongPlans {
     fn trial(&self, cell: &Cell, seed: Seed) -> Result<TrialOutcome, TaskError> {
         let shortest = cell.number("shortest")? as usize;
         let problem = draw(cell, shortest, seed)?;
-        trial_of_length(&self.setup, &problem, shortest, seed)
+        trial_of_length(&self.0, &problem, shortest, seed)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
@@ -99,7 +89,7 @@ mod tests {
     #[test]
     fn every_cell_has_the_length_that_it_says_and_its_rules_find_plans() {
         let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, 20) };
-        let long = LongPlans { setup, trials: 1 };
+        let long = LongPlans(setup);
         assert_eq!(long.cells().len(), 10);
         for cell in long.cells() {
             let shortest = cell.number("shortest").expect("a number") as usize;

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::neurons::{LifSpec, Population};
 use crate::plan::goal_sets::{
-    Course, GoalSetError, GoalSetSpec, Regression, StripsWorld, pursue, search,
+    Begun, Course, GoalSetError, GoalSetSpec, Regression, StripsWorld, pursue, search,
 };
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
@@ -96,16 +96,8 @@ fn number(holds: bool) -> f64 {
 }
 
 /// Returns the time at which an action began, in milliseconds; NaN if there is none.
-fn begun_at(course: &Course, place: fn(&Course) -> Option<u64>) -> f64 {
-    place(course).map_or(f64::NAN, |ms| ms as f64)
-}
-
-fn first_action(course: &Course) -> Option<u64> {
-    course.begun.first().map(|begun| begun.ms)
-}
-
-fn last_action(course: &Course) -> Option<u64> {
-    course.begun.last().map(|begun| begun.ms)
+fn begun_at(begun: Option<&Begun>) -> f64 {
+    begun.map_or(f64::NAN, |begun| begun.ms as f64)
 }
 
 /// Returns the number of actions that were begun with an unmet precondition, and of all that were begun.
@@ -146,7 +138,7 @@ fn trial_of_length(
     Ok(outcome([
         number(length.is_some()),
         ratio(length),
-        begun_at(&course, first_action),
+        begun_at(course.begun.first()),
         course.starts().saturating_sub(1) as f64,
         unmet,
         begun,

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use rand::RngExt;
 use rand::seq::IndexedRandom;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::kitchen::{REACHED, SLOTS};
-use super::{Options, REVISION, Setup, begun_at, last_action, number, rates, unmet, world};
+use super::{REVISION, Setup, begun_at, number, rates, unmet, world};
 use crate::plan::goal_sets::Course;
 use crate::plan::strips::Grounded;
 use crate::sim::Seed;
@@ -28,14 +28,11 @@ const KINDS: [(&str, [bool; 2]); 3] =
     [("actions fail", [true, false]), ("another hand", [false, true]), ("both", [true, true])];
 
 /// The experiment: the kitchen with surprises.
-pub(crate) struct Surprises {
-    setup: Setup,
-    trials: u64,
-}
+pub(crate) struct Surprises(Setup);
 
 impl Surprises {
-    pub fn new(options: &Options) -> Self {
-        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    pub fn new() -> Self {
+        Self(Setup::spiking(SLOTS, LIMIT_MS))
     }
 }
 
@@ -67,7 +64,7 @@ fn hands(problem: &Grounded, state: &BTreeSet<usize>) -> Vec<usize> {
 fn hand(problem: &PlanningProblem, course: &Course, seed: Seed) -> Option<(u64, usize)> {
     let rng = &mut seed.derive("", "hand").rng();
     let problem = &problem.grounded;
-    let end = last_action(course).filter(|_| course.reached).unwrap_or(LIMIT_MS);
+    let end = course.begun.last().filter(|_| course.reached).map_or(LIMIT_MS, |begun| begun.ms);
     (0..100).find_map(|_| {
         let ms = rng.random_range(1..=end);
         let choices = hands(problem, &state_at(problem, course, ms));
@@ -77,17 +74,10 @@ fn hand(problem: &PlanningProblem, course: &Course, seed: Seed) -> Option<(u64, 
 
 impl Experiment for Surprises {
     fn about(&self) -> About {
-        About {
-            name: "surprises",
-            question: "How often does the planner of goal sets boil water if actions fail and another hand changes something?",
-            revision: REVISION,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        let mut settings = self.setup.settings();
+        let question = "How often does the planner of goal sets boil water if actions fail and another hand changes something?";
+        let mut settings = self.0.settings();
         settings["failures"] = json!(FAILURES);
-        settings
+        About { name: "surprises", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -106,7 +96,7 @@ impl Experiment for Surprises {
         for (surprise, _) in KINDS {
             for actions in 2..=5u32 {
                 let settings = json!({"surprise": surprise, "actions": actions});
-                cells.push(Cell::new(settings, self.trials, readings()));
+                cells.push(Cell::new(settings, 50, readings()));
             }
         }
         cells
@@ -116,12 +106,12 @@ impl Experiment for Surprises {
         let problem = Kitchen::default().problem(cell.number("actions")? as usize)?;
         let [fails, meddles] = cell.choice("surprise", &KINDS)?;
         let place = || world(&problem).failures(if fails { FAILURES } else { 0.0 });
-        let mut course = self.setup.pursue(&problem, place(), &[], seed)?;
+        let mut course = self.0.pursue(&problem, place(), &[], seed)?;
         let mut meddled = false;
         if meddles && let Some((ms, operator)) = hand(&problem, &course, seed) {
             // Until then the course is the same.
             let place = place().intrusion(ms, operator);
-            course = self.setup.pursue(&problem, place, &[], seed)?;
+            course = self.0.pursue(&problem, place, &[], seed)?;
             meddled = true;
         }
         let [unmet, begun] = unmet(&course);
@@ -130,7 +120,7 @@ impl Experiment for Surprises {
             number(course.reached),
             unmet,
             begun,
-            if course.reached { begun_at(&course, last_action) } else { f64::NAN },
+            if course.reached { begun_at(course.begun.last()) } else { f64::NAN },
             course.starts().saturating_sub(1) as f64,
             failed as f64,
             number(meddled),
@@ -182,7 +172,7 @@ mod tests {
     #[test]
     fn every_cell_in_direct_mode() {
         let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS) };
-        let surprises = Surprises { setup, trials: 1 };
+        let surprises = Surprises(setup);
         let (mut failed, mut meddled) = (0.0, 0.0);
         for cell in surprises.cells() {
             for seed in 0..2 {

@@ -1,11 +1,9 @@
 //! `tangled`: random domains by the length of the shortest plan.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::kitchen::shuffled;
-use super::{
-    Options, REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length,
-};
+use super::{REVISION, RULES_VALID, Setup, VALID, rates, readings_of_length, trial_of_length};
 use crate::sim::Seed;
 use crate::study::experiment::{About, Cell, Experiment, Figure, Results, TrialOutcome};
 use crate::study::problems::tangled;
@@ -17,34 +15,24 @@ const LIMIT_MS: u64 = 20_000;
 const LENGTHS: [usize; 7] = [5, 6, 7, 8, 10, 12, 15];
 
 /// The experiment: random domains.
-pub(crate) struct Tangled {
-    setup: Setup,
-    trials: u64,
-}
+pub(crate) struct Tangled(Setup);
 
 impl Tangled {
-    pub fn new(options: &Options) -> Self {
-        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    pub fn new() -> Self {
+        Self(Setup::spiking(SLOTS, LIMIT_MS))
     }
 }
 
 impl Experiment for Tangled {
     fn about(&self) -> About {
-        About {
-            name: "tangled",
-            question: "How often does the planner of goal sets solve random domains, by the length of the shortest plan?",
-            revision: REVISION,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        self.setup.settings()
+        let question = "How often does the planner of goal sets solve random domains, by the length of the shortest plan?";
+        let settings = self.0.settings();
+        About { name: "tangled", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
-        let cell = |shortest: usize| {
-            Cell::new(json!({"shortest": shortest}), self.trials, readings_of_length())
-        };
+        let cell =
+            |shortest: usize| Cell::new(json!({"shortest": shortest}), 50, readings_of_length());
         LENGTHS.map(cell).into()
     }
 
@@ -52,7 +40,7 @@ impl Experiment for Tangled {
         let shortest = cell.number("shortest")? as usize;
         let problem = tangled(shortest, &mut seed.derive("", "domain").rng())?;
         let problem = shuffled(&problem, seed)?;
-        trial_of_length(&self.setup, &problem, shortest, seed)
+        trial_of_length(&self.0, &problem, shortest, seed)
     }
 
     fn figure(&self, results: &Results) -> Option<Figure> {
@@ -71,7 +59,7 @@ mod tests {
     #[test]
     fn rules_and_functions_solve_short_ones() {
         let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS) };
-        let experiment = Tangled { setup, trials: 1 };
+        let experiment = Tangled(setup);
         let cells = experiment.cells();
         let (mut planner, mut rules) = (0.0, 0.0);
         for seed in 0..6 {

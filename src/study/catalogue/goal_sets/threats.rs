@@ -1,10 +1,10 @@
 //! `threats`: problems in which some order of the actions is wrong, with the veto and without it.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::blind::at_random;
 use super::kitchen::{LIMIT_MS, REACHED, SLOTS, outcome_of, readings, settings, shuffled};
-use super::{Options, REVISION, Setup, number, rates, world};
+use super::{REVISION, Setup, number, rates, world};
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Cell, Experiment, Figure, Measure, Reading, Results, TrialOutcome,
@@ -34,14 +34,11 @@ const KINDS: [(&str, Kind, &[u32]); 4] = [
 const CUT: [(&str, &[&str]); 2] = [("whole", &[]), ("without veto", &["veto"])];
 
 /// The experiment: all problems with random names and orders, by the whole planner, without the veto, and by chance.
-pub(crate) struct Threats {
-    setup: Setup,
-    trials: u64,
-}
+pub(crate) struct Threats(Setup);
 
 impl Threats {
-    pub fn new(options: &Options) -> Self {
-        Self { setup: Setup::spiking(SLOTS, LIMIT_MS), trials: options.trials.unwrap_or(50) }
+    pub fn new() -> Self {
+        Self(Setup::spiking(SLOTS, LIMIT_MS))
     }
 }
 
@@ -55,15 +52,9 @@ fn draw(kind: Kind, actions: usize, seed: Seed) -> Result<PlanningProblem, TaskE
 
 impl Experiment for Threats {
     fn about(&self) -> About {
-        About {
-            name: "threats",
-            question: "How often does the planner of goal sets find the right order, with the veto on threatened goals and without it?",
-            revision: REVISION,
-        }
-    }
-
-    fn settings(&self) -> Value {
-        settings(&self.setup)
+        let question = "How often does the planner of goal sets find the right order, with the veto on threatened goals and without it?";
+        let settings = settings(&self.0);
+        About { name: "threats", question, revision: REVISION, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -76,7 +67,7 @@ impl Experiment for Threats {
                 for (planner, _) in CUT {
                     let settings =
                         json!({"problem": problem, "actions": actions, "planner": planner});
-                    cells.push(Cell::new(settings, self.trials, readings.clone()));
+                    cells.push(Cell::new(settings, 50, readings.clone()));
                 }
             }
         }
@@ -88,7 +79,7 @@ impl Experiment for Threats {
         let ablated = cell.choice("planner", &CUT)?;
         let actions = cell.number("actions")? as usize;
         let problem = draw(kind, actions, seed)?;
-        let course = self.setup.pursue(&problem, world(&problem), ablated, seed)?;
+        let course = self.0.pursue(&problem, world(&problem), ablated, seed)?;
         let mut outcome = outcome_of(&course, actions);
         let chance = at_random(&problem, &mut seed.derive("", "chance").rng());
         outcome[7] = number(chance.is_some());
@@ -108,11 +99,13 @@ impl Experiment for Threats {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
 
     #[test]
     fn without_the_veto_a_wrong_order_is_fatal_where_it_cannot_be_made_good() {
-        let threats = Threats { setup: Setup::spiking(SLOTS, 2_500), trials: 4 };
+        let threats = Threats(Setup::spiking(SLOTS, 2_500));
         let cells = threats.cells();
         assert_eq!(cells.len(), 18);
         let reached = |problem: &str, actions: u32, planner: &str| -> f64 {

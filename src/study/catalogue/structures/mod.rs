@@ -23,11 +23,10 @@ mod episode;
 mod noise;
 mod world;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use self::episode::episodes;
 use self::world::{ATOMS, D, STRUCTURES, Structure};
-use super::Options;
 use crate::sim::Seed;
 use crate::study::experiment::{
     About, Axis, Cell, Experiment, Figure, MAX_READINGS, Mark, Measure, Reading, Results, Series,
@@ -38,32 +37,26 @@ use crate::task::TaskError;
 /// The experiment: three structures at several levels of noise, with one or both decoders.
 pub(super) struct Structures {
     name: &'static str,
-    sigmas: Vec<f64>,
+    sigmas: &'static [f64],
     decoders: [bool; 2],
     trials: u64,
 }
 
-impl Structures {
-    /// Table IV of the paper, with both decoders.
-    pub fn new(options: &Options) -> Self {
-        Self {
-            name: "table-4",
-            sigmas: vec![0.5, 0.4, 0.3, 0.2, 0.1],
-            decoders: [true, true],
-            trials: options.trials.unwrap_or(10_000),
-        }
-    }
+/// Table IV of the paper, with both decoders.
+pub(super) const TABLE_4: Structures = Structures {
+    name: "table-4",
+    sigmas: &[0.5, 0.4, 0.3, 0.2, 0.1],
+    decoders: [true, true],
+    trials: 10_000,
+};
 
-    /// Our decoder alone, up to a noise at which it fails.
-    pub fn beyond(options: &Options) -> Self {
-        Self {
-            name: "table-4-beyond",
-            sigmas: (1..=8).map(|i| 0.25 * f64::from(i)).collect(),
-            decoders: [false, true],
-            trials: options.trials.unwrap_or(2_000),
-        }
-    }
-}
+/// Our decoder alone, up to a noise at which it fails.
+pub(super) const BEYOND: Structures = Structures {
+    name: "table-4-beyond",
+    sigmas: &[0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0],
+    decoders: [false, true],
+    trials: 2_000,
+};
 
 const DECODERS: [&str; 2] = ["paper", "best"];
 
@@ -75,11 +68,8 @@ impl Experiment for Structures {
             }
             _ => "At which noise does our decoder alone fail to plan three right actions?",
         };
-        About { name: self.name, question, revision: 2 }
-    }
-
-    fn settings(&self) -> Value {
-        json!({"dimensions": D, "atoms": ATOMS, "threshold_of_paper": 0.3})
+        let settings = json!({"dimensions": D, "atoms": ATOMS, "threshold_of_paper": 0.3});
+        About { name: self.name, question, revision: 2, settings }
     }
 
     fn cells(&self) -> Vec<Cell> {

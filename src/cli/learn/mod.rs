@@ -1,10 +1,14 @@
 //! `symbolt learn`: states and actions from a recording.
 
+mod threshold;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
-use anyhow::Error;
-use serde_json::{Map, Value, json};
+use anyhow::{Error, bail};
+use clap::Args;
+use serde_json::{Value, json};
 use symbolt::task::Recording;
 use symbolt::task::domain::KindClusters;
 use symbolt::task::learn::{
@@ -12,25 +16,47 @@ use symbolt::task::learn::{
     learn_observed,
 };
 
-use super::Outcome;
-use super::args::{BadArgument, LearnArgs, MethodArg};
-use super::output::{
-    Grid, Place, Progress, counted, emit, emit_json, mm, section, unbroken, use_threads, warn,
-    wrapped,
-};
+use super::domain_tables::{self, domain_tables, mm};
+use super::end::{BadArgument, Outcome};
+use super::options::{Common, METHODS, OutFile, named, number};
+use super::output::{Place, Progress, answer, keys, use_threads, warn};
+use super::table::{Grid, counted, section, unbroken, wrapped};
 use super::watch::ProgressLine;
-use super::{relational, threshold};
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct LearnArgs {
+    /// Recording with one JSON object per line; - for standard input
+    pub recording: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+    /// Learner: relational (states in the frames of objects, actions with
+    /// parameters) or paper (states in the world frame, as in the paper)
+    /// [default: relational; paper if --threshold is given]
+    #[arg(verbatim_doc_comment, hide_possible_values = true)]
+    #[arg(long, value_name = "METHOD", value_parser = named(&METHODS))]
+    pub method: Option<Method>,
+    /// Clustering threshold for every kind, such as 1.169mm (the paper's)
+    /// or 0.001169m; without a unit in metres; needs the method paper
+    /// [default: found from the data]
+    #[arg(verbatim_doc_comment, long, value_name = "LENGTH", allow_negative_numbers = true)]
+    pub threshold: Option<String>,
+    /// Exponent p of the p-norm that measures distances; not 0
+    #[arg(long, default_value_t = -2.0, value_parser = number::<f64>)]
+    pub p: f64,
+    #[command(flatten)]
+    pub out: OutFile,
+}
 
 pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     let threshold_m = args.threshold.as_deref().map(threshold::metres).transpose()?;
     let method = match (args.method, threshold_m) {
-        (Some(MethodArg::Relational), Some(_)) => {
+        (Some(Method::Relational), Some(_)) => {
             let problem =
                 "--threshold needs --method paper: the relational learner has no threshold";
-            return Err(BadArgument(problem.into()).into());
+            bail!(BadArgument(problem.into()));
         }
-        (Some(method), _) => method.into(),
+        (Some(method), _) => method,
         (None, Some(_)) => Method::Paper,
         (None, None) => Method::Relational,
     };
@@ -49,12 +75,9 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     for warning in warnings(&learned, method) {
         warn(&warning);
     }
-    if matches!(out, Place::Stdout) {
-        // Standard output holds the domain file and nothing else.
-    } else if args.common.json {
-        emit_json(&[summary(&learned)])?;
-    } else {
-        emit(&tables(&learned))?;
+    // With the domain file, standard output holds nothing else.
+    if !matches!(out, Place::Stdout) {
+        answer(&args.common, || summary(&learned), || tables(&learned))?;
     }
     if empty {
         let sentence = "no action was learned: no attempt brought a part into a new state";
@@ -65,7 +88,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
 
 /// Returns tables of the learned domain, the failed attempts and the poses in no state.
 pub(crate) fn tables(learned: &Learned) -> String {
-    let mut text = relational::domain_tables(&learned.domain);
+    let mut text = domain_tables(&learned.domain);
     let mut grid = Grid::new(&["kind", ">threshold mm", ">next merge mm"]);
     let provenance = &learned.domain.provenance;
     for clusters in &provenance.clusters {
@@ -116,43 +139,33 @@ fn warnings(learned: &Learned, method: Method) -> Vec<String> {
 
 /// Returns the learned domain and the report as one JSON object.
 fn summary(learned: &Learned) -> Value {
-    let mut keys = relational::summary(&learned.domain);
-    keys.extend(report_json(&learned.report, &learned.domain.provenance.clusters));
-    keys.insert("outliers".into(), json!(learned.outliers));
-    keys.insert("unachieved".into(), json!(learned.unachieved));
-    Value::Object(keys)
-}
-
-/// Returns the keys of `symbolt learn --json` that describe the attempts and the clustering.
-fn report_json(report: &LearnReport, clusters: &[KindClusters]) -> Map<String, Value> {
+    let (report, clusters) = (&learned.report, &learned.domain.provenance.clusters);
     let by_kind = |value: fn(&KindClusters) -> Option<f64>| -> Value {
         clusters.iter().map(|c| (c.kind.clone(), json!(value(c)))).collect()
     };
-    let failed: Vec<Value> = failed(report)
-        .map(|(t, why)| {
-            json!({
-                "demo": t.demo, "snapshot": t.before, "object": t.object,
-                "inferred": t.inferred, "reason": reason(why),
-            })
+    let failed = failed(report).map(|(t, why)| {
+        json!({
+            "demo": t.demo, "snapshot": t.before, "object": t.object,
+            "inferred": t.inferred, "reason": reason(why),
         })
-        .collect();
-    let unexplained: Vec<Value> = report
-        .unexplained
-        .iter()
-        .map(|s| {
-            json!({"kind": s.kind, "count": s.count, "position": s.mean.position, "seen": s.seen})
-        })
-        .collect();
-    let keys = [
-        ("next_merge_m", by_kind(|c| c.next_merge_m)),
-        ("threshold_m", by_kind(|c| c.threshold_m)),
-        // `tries` counts attempts, `strays` lists unexplained poses. Scripts rely on these old keys.
-        ("tries", json!(report.attempts.len())),
-        ("failed", json!(failed)),
-        ("strays", json!(unexplained)),
-        ("fixed_kinds", json!(report.fixed_kinds)),
-    ];
-    keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    });
+    let unexplained = report.unexplained.iter().map(
+        |s| json!({"kind": s.kind, "count": s.count, "position": s.mean.position, "seen": s.seen}),
+    );
+    // `tries` counts attempts, `strays` lists unexplained poses. Scripts rely on these old keys.
+    let own = json!({
+        "next_merge_m": by_kind(|c| c.next_merge_m),
+        "threshold_m": by_kind(|c| c.threshold_m),
+        "tries": report.attempts.len(),
+        "failed": failed.collect::<Vec<_>>(),
+        "strays": unexplained.collect::<Vec<_>>(),
+        "fixed_kinds": report.fixed_kinds,
+        "outliers": learned.outliers,
+        "unachieved": learned.unachieved,
+    });
+    let mut all = domain_tables::summary(&learned.domain);
+    all.extend(keys(own));
+    Value::Object(all)
 }
 
 /// Returns the failed attempts and why they failed.

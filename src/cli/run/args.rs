@@ -1,8 +1,59 @@
-//! The command line that repeats a run.
+//! The arguments of a run, and the command line that repeats it.
 
+use std::path::PathBuf;
+
+use clap::Args;
+use symbolt::task::learn::Method;
 use symbolt::task::planner::PlannerKind;
 
-use super::args::{MethodArg, RunArgs};
+use crate::cli::options::{Common, DemoArgs, METHODS, PlannerArgs, named, number, whole};
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub demos: DemoArgs,
+    /// Learner: relational (states in the frames of objects, actions with
+    /// parameters) or paper (states in the world frame, as in the paper)
+    /// [default: relational]
+    #[arg(verbatim_doc_comment, hide_possible_values = true, hide_default_value = true)]
+    #[arg(long, value_name = "METHOD", default_value = "relational", value_parser = named(&METHODS))]
+    pub method: Method,
+    /// Number of episodes after learning, at most 1000
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
+    pub episodes: usize,
+    /// Episode to record for the report, with frames, activity and spikes;
+    /// counted from 1
+    #[arg(verbatim_doc_comment, long, alias = "film", value_name = "N")]
+    #[arg(default_value_t = 1, value_parser = whole::<usize>)]
+    pub record_episode: usize,
+    /// Nuts in each episode, 1 to 4 [default: as in --config, or 1]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
+    pub nuts: Option<usize>,
+    /// Bolts in each episode, 1 to 4 [default: as in --config, or 1]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
+    pub bolts: Option<usize>,
+    /// Probability that a carried part is dropped, at a random time on its
+    /// way; 0 to 1
+    #[arg(verbatim_doc_comment, long, default_value_t = 0.0, value_name = "RATE")]
+    #[arg(value_parser = number::<f64>)]
+    pub drop_rate: f64,
+    /// In each episode, let a person change the scene at a random time, as
+    /// the task defines it: with nuts and bolts, the last bolt is moved into
+    /// the jig within the first 20 s
+    #[arg(verbatim_doc_comment, long, alias = "meddle")]
+    pub perturb: bool,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    /// Folder to write; it must not hold a run
+    /// [default: out, where an earlier run is replaced]
+    #[arg(verbatim_doc_comment, long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Replace the files of the folder, even if no run wrote them
+    #[arg(long)]
+    pub force: bool,
+}
 
 /// Quotes a word for a shell, if it needs quotes.
 fn quoted(word: &str) -> String {
@@ -22,9 +73,8 @@ impl RunArgs {
         };
         let count = |count: Option<usize>| count.map(|n| n.to_string());
         let Self { demos, planner, .. } = self;
-        let path = |path: &Option<std::path::PathBuf>| {
-            path.as_ref().map(|path| quoted(&path.display().to_string()))
-        };
+        let path =
+            |path: &Option<PathBuf>| path.as_ref().map(|path| quoted(&path.display().to_string()));
         option("task", demos.task.task.as_deref().map(quoted));
         option("task-file", path(&demos.task.task_file));
         option("demos", (demos.demos != 5).then(|| demos.demos.to_string()));
@@ -37,7 +87,7 @@ impl RunArgs {
         option("outliers", rate(sensing.outliers));
         option("missing", rate(sensing.missing));
         option("swaps", rate(sensing.swaps));
-        option("method", (self.method == MethodArg::Paper).then(|| "paper".to_owned()));
+        option("method", (self.method == Method::Paper).then(|| "paper".to_owned()));
         option("episodes", (self.episodes != 1).then(|| self.episodes.to_string()));
         let recorded = self.record_episode;
         option("record-episode", (recorded != 1).then(|| recorded.to_string()));

@@ -1,6 +1,6 @@
 //! The clustering threshold as typed: a length with or without a unit.
 
-use super::args::BadArgument;
+use crate::cli::end::BadArgument;
 
 /// Units and their length in metres. The longest suffix comes first.
 const UNITS: [(&str, f64); 5] =
@@ -14,7 +14,7 @@ const MOST_BARE_M: f64 = 0.1;
 /// # Errors
 /// [`BadArgument`] for anything but a length above 0, and for a number without a unit that is too great to be in
 /// metres.
-pub(crate) fn metres(typed: &str) -> Result<f64, BadArgument> {
+pub(super) fn metres(typed: &str) -> Result<f64, BadArgument> {
     let refused = || {
         BadArgument::range("--threshold", typed, "a length above 0, such as 1.169mm or 0.001169m")
     };

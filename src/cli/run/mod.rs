@@ -1,9 +1,13 @@
 //! `symbolt run`: demonstrations in physics, learning, and episodes in which the robot plans again after every step.
 
+mod args;
+mod figures;
+mod folder;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use anyhow::Error;
+use anyhow::{Error, bail, ensure};
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
@@ -21,12 +25,13 @@ use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::PlannerBuild;
 use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 
-use super::Outcome;
-use super::args::{BadArgument, RunArgs};
-use super::figures::Figures;
-use super::output::{Progress, counted, emit, emit_json, use_threads};
+pub(super) use self::args::RunArgs;
+use self::figures::Figures;
+use super::end::{BadArgument, Outcome};
+use super::output::{Progress, answer, use_threads};
+use super::table::counted;
 use super::watch::ProgressLine;
-use super::{config, folder, rank, ranks, report};
+use super::{config, rank, ranks, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
@@ -56,8 +61,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         );
         return Ok(Outcome::Failed(sentence));
     }
-    let (method, seed_used) = (args.method.into(), args.common.seed);
-    let settings = Settings { method, seed: seed_used, ..Settings::default() };
+    let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
     if learned.domain.goals.is_empty() {
         return Ok(Outcome::Failed(
@@ -66,21 +70,23 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     }
     progress.say("building the planner graph");
     let runner = Runner {
+        args,
+        spec: &spec,
         domain: &args.planner.domain(&learned.domain),
         build: args.planner.build(args.common.seed)?,
     };
     let looping = Instant::now();
-    let (episodes, activity) = episodes(args, &runner, &spec, seed, &progress)?;
+    let (episodes, activity) = episodes(&runner, &progress)?;
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.episode.report.clone()).collect();
     let reasons: Vec<String> = episodes.iter().map(|e| e.reason.clone()).collect();
     let recorded = args.record_episode - 1;
-    let scene = first_scene(&spec, scene_seed(seed, recorded))?;
+    let scene_seed = scene_seed(args, recorded);
+    let scene = first_scene(&spec, scene_seed)?;
     let least = task.min_actions();
     let tally = Tally::of(&reports, least);
 
-    let failed = tally.failures.len();
-    let outcome = match failed {
+    let outcome = match tally.failures.len() {
         0 => Outcome::Done,
         failed => {
             let sentence = format!("{failed} of {} failed", counted(tally.episodes, "episode"));
@@ -92,7 +98,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
     let result = Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least };
-    let facts = result.facts(args, &*spec.task, scene_seed(seed, recorded), &activity);
+    let facts = result.facts(args, &*spec.task, scene_seed, &activity);
     let frames = episodes.get(recorded).map_or(&[][..], |e| &e.episode.frames);
     let trace: String = episodes.iter().map(|e| e.tracer.text()).collect();
     let contents = [
@@ -107,11 +113,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let page = symbolt::report::report(folder.path())?.html;
     write_atomic(&folder.path().join(report::NAME), page, Overwrite::Allowed)?;
     drop(progress);
-    if args.common.json {
-        emit_json(&[result.summary(args, folder.path())])?;
-    } else {
-        emit(&result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
-    }
+    let json = || result.summary(args, folder.path());
+    answer(&args.common, json, || result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
     Ok(outcome)
 }
 
@@ -119,15 +122,17 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
     args.demos.check(false)?;
-    if !(1..=MAX_EPISODES).contains(&args.episodes) {
-        let expected = format!("1 to {MAX_EPISODES}");
-        return Err(BadArgument::range("--episodes", args.episodes, &expected).into());
-    }
-    if !(1..=args.episodes).contains(&args.record_episode) {
-        let least = if args.episodes > 1 { "1 to " } else { "" };
-        let expected = format!("{least}{}, the number of --episodes", args.episodes);
-        return Err(BadArgument::range("--record-episode", args.record_episode, &expected).into());
-    }
+    let expected = format!("1 to {MAX_EPISODES}");
+    ensure!(
+        (1..=MAX_EPISODES).contains(&args.episodes),
+        BadArgument::range("--episodes", args.episodes, &expected)
+    );
+    let least = if args.episodes > 1 { "1 to " } else { "" };
+    let expected = format!("{least}{}, the number of --episodes", args.episodes);
+    ensure!(
+        (1..=args.episodes).contains(&args.record_episode),
+        BadArgument::range("--record-episode", args.record_episode, &expected)
+    );
     Ok(())
 }
 
@@ -142,13 +147,13 @@ fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
     spec.check()?;
     if args.perturb && spec.task.perturbation(Seed::new(args.common.seed)).is_none() {
         let problem = format!("--perturb: the task {} has no perturbation", spec.task.name());
-        return Err(BadArgument(problem).into());
+        bail!(BadArgument(problem));
     }
     Ok(spec)
 }
 
-fn episode_seed(seed: Seed, index: usize) -> Seed {
-    seed.derive_index("episode", index as u64)
+fn episode_seed(args: &RunArgs, index: usize) -> Seed {
+    Seed::new(args.common.seed).derive_index("episode", index as u64)
 }
 
 /// An episode with its trace.
@@ -161,23 +166,19 @@ struct Ran {
 
 /// What runs the episodes. Each builds its own planner graph, over the objects of its scene.
 struct Runner<'l> {
+    args: &'l RunArgs,
+    spec: &'l EpisodeSpec,
     domain: &'l RelationalDomain,
     build: PlannerBuild,
 }
 
 impl Runner<'_> {
     /// Prepares an episode. Only the recorded one keeps frames.
-    fn prepared(
-        &self,
-        args: &RunArgs,
-        spec: &EpisodeSpec,
-        seed: Seed,
-        index: usize,
-    ) -> Result<PreparedEpisode<'_>, TaskError> {
-        let own = episode_seed(seed, index);
-        let frame_ms = (index == args.record_episode - 1).then_some(FRAME_MS);
-        let perturbation = args.perturb.then(|| spec.task.perturbation(own)).flatten();
-        let spec = EpisodeSpec { frame_ms, perturbation, ..spec.clone() };
+    fn prepared(&self, index: usize) -> Result<PreparedEpisode<'_>, TaskError> {
+        let own = episode_seed(self.args, index);
+        let frame_ms = (index == self.args.record_episode - 1).then_some(FRAME_MS);
+        let perturbation = self.args.perturb.then(|| self.spec.task.perturbation(own)).flatten();
+        let spec = EpisodeSpec { frame_ms, perturbation, ..self.spec.clone() };
         PreparedEpisode::new(self.domain, &self.build, &spec, own)
     }
 }
@@ -190,9 +191,7 @@ fn traced(
 ) -> Result<Ran, TaskError> {
     let mut tracer = Tracer::new(index);
     let mut all: Vec<&mut dyn Observer> = vec![&mut tracer];
-    for observer in observers {
-        all.push(observer);
-    }
+    all.extend(observers.into_iter().map(|observer| observer as &mut dyn Observer));
     let episode = prepared.run(&mut Observers(all))?;
     let ground = episode.grounds.last().map(|ground| ground.domain());
     let ended = ended_text(&episode.report.ended, ground);
@@ -216,9 +215,7 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
         (Ended::GoalMet, _) => "the planner took the goal as met, although it is not".into(),
         (Ended::Stuck(obstacle), Some(domain)) => domain.obstacle_in_words(*obstacle),
         (Ended::Stuck(_), None) => "the goal cannot be reached".into(),
-        (Ended::NoWay { action }, _) => {
-            format!("no part could be grasped and placed for {action}")
-        }
+        (Ended::NoWay { action }, _) => format!("no part could be grasped and placed for {action}"),
         (Ended::Occupied { action }, _) => {
             format!("another part lies where {action} puts its part")
         }
@@ -232,19 +229,21 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
 
 /// Runs all episodes. Returns them, and the planner's activity in the recorded one.
 fn episodes(
-    args: &RunArgs,
     runner: &Runner<'_>,
-    spec: &EpisodeSpec,
-    seed: Seed,
     progress: &Progress,
 ) -> Result<(Vec<Ran>, ActivityRecorder), Error> {
-    let chosen = args.record_episode - 1;
-    let prepared = |index: usize| runner.prepared(args, spec, seed, index);
-    let (done, all) = (AtomicUsize::new(0), args.episodes);
+    let (all, chosen) = (runner.args.episodes, runner.args.record_episode - 1);
+    let done = AtomicUsize::new(0);
+    let tell = || {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if all > 1 {
+            progress.say(format!("{done} of {all} episodes done"));
+        }
+    };
     let recorded = || {
-        let name = format!("episode {} of {all}", args.record_episode);
+        let name = format!("episode {} of {all}", chosen + 1);
         let mut line = ProgressLine::of_episode(progress, name);
-        let (over, activity) = match prepared(chosen) {
+        let (over, activity) = match runner.prepared(chosen) {
             Ok(prepared) => {
                 let mut activity = ActivityRecorder::new(prepared.planner().clone());
                 (traced(prepared, chosen, vec![&mut line, &mut activity])?, activity)
@@ -254,29 +253,22 @@ fn episodes(
             }
             Err(error) => return Err(error),
         };
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        if all > 1 {
-            progress.say(format!("{done} of {all} episodes done"));
-        }
+        tell();
         Ok::<_, TaskError>((over, activity))
     };
     let other = |index: usize| {
-        let over = match prepared(index) {
+        let over = match runner.prepared(index) {
             Ok(prepared) => traced(prepared, index, Vec::new())?,
             Err(why @ TaskError::Problem { .. }) => without_problem(&why, index),
             Err(error) => return Err(error),
         };
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        progress.say(format!("{done} of {all} episodes done"));
-        Ok(over)
+        tell();
+        Ok::<_, TaskError>(over)
     };
     let rest = |index: &usize| *index != chosen;
-    let others = || {
-        let others = (0..all).into_par_iter().filter(rest).map(other);
-        others.collect::<Result<Vec<_>, TaskError>>()
-    };
+    let others = || (0..all).into_par_iter().filter(rest).map(other).collect();
     let in_order = || (0..all).filter(rest).map(other).collect();
-    let (recorded, others) = match (all, rank::own()) {
+    let (recorded, others): (_, Result<Vec<Ran>, TaskError>) = match (all, rank::own()) {
         // Alone, the episode has all threads for its ticks. Ranks must run their episodes in the same order.
         (1, _) => (recorded(), Ok(Vec::new())),
         (_, Some(_)) => (recorded(), in_order()),
@@ -288,8 +280,8 @@ fn episodes(
 }
 
 /// Returns the seed of an episode's scene.
-fn scene_seed(seed: Seed, index: usize) -> Seed {
-    episode_seed(seed, index).derive("", "world")
+fn scene_seed(args: &RunArgs, index: usize) -> Seed {
+    episode_seed(args, index).derive("", "world")
 }
 
 /// Returns the first snapshot of the episode whose scene has this seed.

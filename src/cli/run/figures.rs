@@ -16,8 +16,10 @@ use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
 use super::folder::FILES;
-use super::learn;
-use super::output::{Grid, counted, unbroken, wrapped};
+use crate::cli::learn::tables;
+use crate::cli::options::METHODS;
+use crate::cli::output::keys;
+use crate::cli::table::{Grid, counted, unbroken, wrapped};
 
 /// The results of a run, and the wall-clock times that it took.
 pub(crate) struct Figures<'r> {
@@ -81,67 +83,55 @@ impl Figures<'_> {
     /// Returns what `--json` prints: the figures, the speeds on this machine and the folder.
     pub fn summary(&self, args: &RunArgs, folder: &Path) -> Value {
         let mut summary = self.figures_json(args);
-        let own = [
-            ("real_time_factor", json!(self.real_time(self.loop_s))),
-            ("physics_real_time_factor", json!(self.real_time(self.physics_s))),
-            ("out", json!(folder.display().to_string())),
-        ];
-        summary.extend(own.map(|(name, figure)| (name.to_owned(), figure)));
+        summary.extend(keys(json!({
+            "real_time_factor": self.real_time(self.loop_s),
+            "physics_real_time_factor": self.real_time(self.physics_s),
+            "out": folder.display().to_string(),
+        })));
         Value::Object(summary)
     }
 
     fn figures_json(&self, args: &RunArgs) -> Map<String, Value> {
         let tally = self.tally;
-        let failures: Vec<Value> = tally
-            .failures
-            .iter()
-            .map(|(episode, _)| json!({"episode": episode, "reason": self.reason(*episode)}))
-            .collect();
-        let replans: Vec<Value> = tally
-            .failed_skills
-            .iter()
-            .map(|((action, outcome), times)| {
-                json!({"action": action, "outcome": outcome, "times": times})
-            })
-            .collect();
-        let figures = [
-            ("episodes", json!(tally.episodes)),
-            ("assembled", json!(tally.succeeded)),
-            ("interval95", json!(tally.interval95())),
-            ("few_trials", json!(self.few())),
-            ("minimum_steps", json!(tally.minimum_steps)),
-            ("least_steps", json!(self.least)),
-            ("false_goals", json!(tally.false_goals)),
-            ("unclaimed", json!(tally.unclaimed)),
-            ("unsolved", json!(tally.unsolved())),
-            ("picks", json!(tally.picks)),
-            ("drops", json!(tally.drops)),
-            ("replans", json!(tally.replans)),
-            ("replans_after", json!(replans)),
-            ("strays", json!(tally.unexplained)),
-            ("ended_with_strays", json!(tally.ended_unexplained)),
-            ("lost", json!(tally.lost)),
-            ("recoveries", json!(tally.recoveries)),
-            ("meddled", json!(tally.perturbed)),
-            (
-                "decision_ms",
-                json!({
-                    "median": tally.decision_quantile(0.5),
-                    "p95": tally.decision_quantile(0.95),
-                }),
-            ),
-            ("slip_mm", json!(1e3 * tally.slip_m)),
-            ("physics_steps", json!(tally.steps)),
-            ("planner", json!(args.planner.kind().name())),
-            ("mode", json!(args.planner.mode)),
-            ("method", json!(args.method.name())),
-            ("failures", json!(failures)),
-            ("demonstrations", json!(self.shown.recording.demos.len())),
-            ("demonstrations_assembled", json!(self.shown.solved)),
-            ("states", json!(self.learned.domain.states.len())),
-            ("operators", json!(self.learned.domain.operators.len())),
-        ];
-        figures.into_iter().map(|(name, figure)| (name.to_owned(), figure)).collect()
+        let failures =
+            tally.failures.iter().map(|(e, _)| json!({"episode": e, "reason": self.reason(*e)}));
+        let replans = tally.failed_skills.iter().map(|((action, outcome), times)| {
+            json!({"action": action, "outcome": outcome, "times": times})
+        });
+        let method = METHODS.iter().find(|(_, method)| *method == args.method);
+        keys(json!({
+            "episodes": tally.episodes,
+            "assembled": tally.succeeded,
+            "interval95": tally.interval95(),
+            "few_trials": self.few(),
+            "minimum_steps": tally.minimum_steps,
+            "least_steps": self.least,
+            "false_goals": tally.false_goals,
+            "unclaimed": tally.unclaimed,
+            "unsolved": tally.unsolved(),
+            "picks": tally.picks,
+            "drops": tally.drops,
+            "replans": tally.replans,
+            "replans_after": replans.collect::<Vec<_>>(),
+            "strays": tally.unexplained,
+            "ended_with_strays": tally.ended_unexplained,
+            "lost": tally.lost,
+            "recoveries": tally.recoveries,
+            "meddled": tally.perturbed,
+            "decision_ms": {
+                "median": tally.decision_quantile(0.5), "p95": tally.decision_quantile(0.95),
+            },
+            "slip_mm": 1e3 * tally.slip_m,
+            "physics_steps": tally.steps,
+            "planner": args.planner.kind().name(),
+            "mode": args.planner.mode,
+            "method": method.map(|(name, _)| name),
+            "failures": failures.collect::<Vec<_>>(),
+            "demonstrations": self.shown.recording.demos.len(),
+            "demonstrations_assembled": self.shown.solved,
+            "states": self.learned.domain.states.len(),
+            "operators": self.learned.domain.operators.len(),
+        }))
     }
 
     /// Returns what the run prints.
@@ -155,7 +145,7 @@ impl Figures<'_> {
             counted(shown.recording.snapshot_count(), "snapshot"),
             args.common.seed,
         );
-        text += &learn::tables(self.learned);
+        text += &tables(self.learned);
         if let [report] = self.reports {
             let title = wrapped(&format!("One episode towards {goal}:"), 0);
             let _ = writeln!(text, "{title}\n\n{}", steps(report));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::Error;
+use anyhow::{Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::plan::goal_sets::{Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
@@ -10,38 +10,30 @@ use symbolt::plan::strips::{self, Bodies, GroundFault, Grounded, Problem, valida
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::task::planner::PlannerKind;
 
-use super::Outcome;
-use super::args::{BadArgument, PlanArgs};
-use super::output::{Place, Progress, counted};
+use super::args::PlanArgs;
+use crate::cli::end::{BadArgument, Outcome};
+use crate::cli::output::{Place, Progress, not_both_standard_input};
+use crate::cli::table::counted;
 
 /// Time for which the motor is locked after an action has begun, in milliseconds.
 const LOCK_MS: u64 = 100;
-/// Greatest simulated time in seconds.
-const LONGEST_S: f64 = 3600.0;
 
-pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
+pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     let Some(file) = &args.problem else {
-        return Err(
-            BadArgument("name a problem in PDDL, or a scene with --scene FILE".into()).into()
-        );
+        bail!(BadArgument("name a problem in PDDL, or a scene with --scene FILE".into()));
     };
-    if args.domain.as_os_str() == "-" && file.as_os_str() == "-" {
-        let problem = "the domain and the problem cannot both come from standard input (-)";
-        return Err(BadArgument(problem.into()).into());
-    }
+    not_both_standard_input(("domain", &args.domain), ("problem", file))?;
     if args.goal.is_some() {
-        let problem = "--goal is for a scene; a problem in PDDL has its own goal";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument("--goal is for a scene; a problem in PDDL has its own goal".into()));
     }
     if args.planner.kind == Some(PlannerKind::Chain) {
         let problem =
             "--planner chain plans in a scene of a learned domain, not in PDDL; leave it out";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument(problem.into()));
     }
     args.planner.check_goal_sets("")?;
     if args.planner.absent {
-        let problem = "--absent is for a scene; leave it out";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument("--absent is for a scene; leave it out".into()));
     }
     let spec = spec(args)?;
     let progress = Progress::new(&args.common);
@@ -73,20 +65,18 @@ pub(crate) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     let steps: Vec<&str> = course.plan().map(|a| grounded.operators[a].name.as_str()).collect();
     let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
     let text = if args.common.json {
-        summary(
-            &grounded,
-            &course,
-            checked.as_ref().err().map(ToString::to_string).as_deref(),
-            &args.planner.mode,
-        )
-        .to_string()
+        let fault = checked.as_ref().err().map(ToString::to_string);
+        summary(&grounded, &course, fault, &args.planner.mode).to_string()
     } else {
         table(&grounded, &course, &size)
     };
     out.write(&text)?;
     Ok(match checked {
         Ok(()) => Outcome::Done,
-        Err(fault) => Outcome::Failed(late(&spec, &fault.to_string())),
+        Err(fault) => {
+            let limit_s = spec.limit.as_micros() as f64 / 1e6;
+            Outcome::Failed(format!("no plan within {limit_s} s: {fault}"))
+        }
     })
 }
 
@@ -103,27 +93,12 @@ fn unreachable(args: &PlanArgs, out: &Place, fault: &str) -> Result<Outcome, Err
     Ok(Outcome::Failed(fault.to_owned()))
 }
 
-fn late(spec: &GoalSetSpec, fault: &str) -> String {
-    format!("no plan within {} s: {fault}", spec.limit.as_micros() as f64 / 1e6)
-}
-
-/// Checks and returns the simulated time for planning.
-pub(crate) fn limit(seconds: Option<f64>) -> Result<SimDuration, Error> {
-    let limit = seconds.unwrap_or(10.0);
-    if !(limit > 0.0 && limit <= LONGEST_S) {
-        let problem = format!("--time must be above 0 and at most {LONGEST_S} s; got {limit}");
-        return Err(BadArgument(problem).into());
-    }
-    // A tick of the planner takes a millisecond.
-    Ok(SimDuration::from_millis(((limit * 1e3).round() as u64).max(1)))
-}
-
 /// Checks and returns the settings.
 fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
     let default = GoalSetSpec::default();
     Ok(GoalSetSpec {
         slots: args.slots.unwrap_or(default.slots),
-        limit: limit(args.time)?,
+        limit: args.limit()?,
         population: args.planner.mode.parse()?,
         ..default
     })
@@ -134,7 +109,7 @@ fn planned(course: &Course) -> Option<u64> {
     course.begun.first().map(|begun| begun.ms)
 }
 
-fn summary(problem: &Grounded, course: &Course, fault: Option<&str>, mode: &str) -> Value {
+fn summary(problem: &Grounded, course: &Course, fault: Option<String>, mode: &str) -> Value {
     let step = |a: usize| problem.operators[a].name.as_str();
     let actions = course
         .begun

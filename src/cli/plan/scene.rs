@@ -1,48 +1,37 @@
-//! `symbolt plan`: the next action in a scene, the whole plan, and the time of each milestone.
+//! `symbolt plan` in a scene: the next action, the whole plan, and the time of each milestone.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
-use anyhow::Error;
-use serde_json::{Map, Value, json};
+use anyhow::{Error, bail};
+use serde_json::{Value, json};
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
-use symbolt::task::domain::{GoalTerm, RelationalDomain};
+use symbolt::task::domain::RelationalDomain;
 use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
-use symbolt::task::{Domain, Snapshot, TaskError};
+use symbolt::task::{Domain, TaskError};
 
-use super::Outcome;
-use super::actions::{look, loose, position, target_json};
-use super::args::{BadArgument, PlanArgs, PlannerArgs};
-use super::goal_sets;
-use super::output::{Grid, Progress, counted, listed, unbroken, use_threads, wrapped};
+use super::args::PlanArgs;
+use crate::cli::end::{BadArgument, Outcome};
+use crate::cli::look::{look, loose, position, read, target_json, wanted};
+use crate::cli::options::PlannerArgs;
+use crate::cli::output::{Place, Progress};
+use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
 
-pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
-    let out = args.out.place()?;
-    use_threads(&args.common)?;
-    let Some(scene) = &args.scene else {
-        return goal_sets::plan(args, &out);
-    };
+pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome, Error> {
     args.planner.check()?;
-    let limit = goal_sets::limit(args.time)?;
+    let limit = args.limit()?;
     if args.slots.is_some() {
-        let problem = "--slots is for a problem in PDDL; leave it out";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument("--slots is for a problem in PDDL; leave it out".into()));
     }
     if args.planner.kind() == PlannerKind::Chain && args.time.is_some() {
-        let problem = "--time is for the planner goal-sets; leave it out";
-        return Err(BadArgument(problem.into()).into());
+        bail!(BadArgument("--time is for the planner goal-sets; leave it out".into()));
     }
-    if args.domain.as_os_str() == "-" && scene.as_os_str() == "-" {
-        let problem = "the domain and the scene cannot both come from standard input (-)";
-        return Err(BadArgument(problem.into()).into());
-    }
-    let domain = RelationalDomain::read(&args.domain)?;
+    let (domain, scene) = read(&args.domain, scene)?;
     let progress = Progress::new(&args.common);
-    let scene = Snapshot::read(scene)?;
-    let classifier = args.grounding.classifier(&domain)?;
     let goals = wanted(&domain, args.goal.as_deref())?;
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
-    let layout = look(&classifier, &domain, &scene);
+    let layout = look(&args.grounding, &domain, &scene)?;
     progress.say(format!("planning towards {}", words.join(", ")));
     let planned = args.planner.domain(&domain);
     let plan = match Problem::with_goals(&planned, &layout, goals) {
@@ -61,21 +50,6 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
         (SceneEnd::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),
         _ => Outcome::Done,
     })
-}
-
-/// Returns the goal with a name, or the goal of the demonstrations.
-pub(crate) fn wanted(
-    domain: &RelationalDomain,
-    name: Option<&str>,
-) -> Result<Vec<GoalTerm>, Error> {
-    match name {
-        Some(goal) => Ok(vec![domain.goal(goal)?]),
-        None if domain.goals.is_empty() => {
-            let problem = "the domain has no goal; name one with --goal STATE";
-            Err(BadArgument(problem.into()).into())
-        }
-        None => Ok(domain.goals.clone()),
-    }
 }
 
 /// Returns the first decision with the domain that it is about.
@@ -135,8 +109,9 @@ impl Shown<'_> {
     }
 
     fn json(&self) -> Value {
-        let first = self.plan.moves.first();
-        let (status, reason) = match (&self.plan.end, first) {
+        let moves = &self.plan.moves;
+        let next = moves.first();
+        let (status, reason) = match (&self.plan.end, next) {
             (_, Some(_)) => ("act", None),
             (SceneEnd::Met, None) => ("met", None),
             (SceneEnd::Stuck(reason), None) => ("stuck", Some(reason.as_str())),
@@ -150,31 +125,35 @@ impl Shown<'_> {
                 "decision_ms": step.decision.time_ms, "target": target_json(&step.target),
             })
         };
-        let steps: Vec<Value> = self.plan.moves.iter().map(step).collect();
-        let dropped: Vec<Value> = self
-            .dropped()
-            .iter()
-            .map(|(action, condition)| json!({"action": action, "condition": condition}))
-            .collect();
-        let plan: Vec<&str> = self.plan.moves.iter().map(|step| &*step.action).collect();
-        let keys = [
-            ("status", json!(status)),
-            ("action", json!(first.map(|step| &step.action))),
-            ("object", json!(first.map(|step| &*step.object))),
-            ("onto", json!(first.and_then(|step| step.onto.as_deref()))),
-            ("target", json!(first.map(|step| target_json(&step.target)))),
-            ("plan", json!(plan)),
-            ("steps", json!(steps)),
-            ("plan_end", json!(end_key(&self.plan.end))),
-            ("reason", json!(reason)),
-            ("goal", json!(self.words.join(", "))),
-            ("goals", json!(self.words)),
-            ("dropped", json!(dropped)),
-        ];
-        let first = self.first.as_ref().map(|(domain, decision)| (*domain, decision));
-        let keys = keys.into_iter().chain(decision_keys(first, self.planner));
-        let keys = keys.map(|(name, value)| (name.to_owned(), value));
-        Value::Object(keys.collect::<Map<String, Value>>())
+        let dropped = self.dropped().into_iter();
+        let dropped =
+            dropped.map(|(action, condition)| json!({"action": action, "condition": condition}));
+        let decision = self.first.as_ref().map(|(_, decision)| decision);
+        let choices = self.first.as_ref().map(|(domain, d)| choices_json(domain, d));
+        let counted = match self.planner.kind() {
+            PlannerKind::Chain => "questions",
+            PlannerKind::GoalSets => "goal_sets",
+        };
+        json!({
+            "status": status,
+            "action": next.map(|step| &step.action),
+            "object": next.map(|step| &*step.object),
+            "onto": next.and_then(|step| step.onto.as_deref()),
+            "target": next.map(|step| target_json(&step.target)),
+            "plan": moves.iter().map(|step| &*step.action).collect::<Vec<_>>(),
+            "steps": moves.iter().map(step).collect::<Vec<_>>(),
+            "plan_end": end_key(&self.plan.end),
+            "reason": reason,
+            "goal": self.words.join(", "),
+            "goals": self.words,
+            "dropped": dropped.collect::<Vec<_>>(),
+            "planner": self.planner.kind().name(),
+            "mode": self.planner.mode,
+            "decision_ms": decision.map(|d| d.time_ms),
+            counted: decision.map(|d| d.questions),
+            "milestones_ms": decision.map_or_else(|| json!({}), milestones_json),
+            "choices": choices.unwrap_or_else(|| json!([])),
+        })
     }
 
     /// Returns the number of objects in each state that holds.
@@ -206,8 +185,11 @@ impl Shown<'_> {
             }
             None => end_text(&self.plan.end),
         };
-        let decision = self.first.as_ref().map(|(_, decision)| decision);
-        next += &decided(decision, self.planner.counts()[0]);
+        if let Some((_, decision)) = &self.first {
+            let after = counted(decision.questions as usize, self.planner.counts()[0]);
+            let ms = decision.time_ms;
+            let _ = write!(next, " (decided in {ms:.0} simulated ms after {after})");
+        }
         next
     }
 
@@ -224,7 +206,8 @@ impl Shown<'_> {
                 let number = (index + 1).to_string();
                 grid.row([number, step.action.clone(), step.object.to_string(), onto, ms]);
             }
-            text += &whole(&end_text(&self.plan.end), &grid);
+            let title = format!("Whole plan, then {}:", end_text(&self.plan.end));
+            let _ = writeln!(text, "{}\n\n{grid}", wrapped(&title, 0));
         }
         let dropped = self.dropped();
         if !dropped.is_empty() {
@@ -235,7 +218,8 @@ impl Shown<'_> {
             let _ = writeln!(text, "Conditions that cannot be met in this scene:\n\n{grid}");
         }
         if let Some((domain, decision)) = &self.first {
-            text += &decision_tables(domain, decision, self.planner.counts()[1]);
+            text += &choices_table(domain, decision);
+            text += &milestones_table(decision, self.planner.counts()[1]);
         }
         if let Some(loose) = loose(self.domain, self.layout) {
             let _ = writeln!(text, "{loose}");
@@ -260,35 +244,13 @@ fn why_text(choice: &Choice) -> String {
     }
 }
 
-/// Returns the keys that are about the first decision.
-fn decision_keys(
-    first: Option<(&Domain, &Decision)>,
-    planner: &PlannerArgs,
-) -> [(&'static str, Value); 6] {
-    let choices = first.map_or_else(|| json!([]), |(domain, d)| choices_json(domain, d));
-    let decision = first.map(|(_, decision)| decision);
-    let counted = match planner.kind() {
-        PlannerKind::Chain => "questions",
-        PlannerKind::GoalSets => "goal_sets",
-    };
-    [
-        ("planner", json!(planner.kind().name())),
-        ("mode", json!(planner.mode)),
-        ("decision_ms", json!(decision.map(|d| d.time_ms))),
-        (counted, json!(decision.map(|d| d.questions))),
-        ("milestones_ms", decision.map_or_else(|| json!({}), milestones_json)),
-        ("choices", choices),
-    ]
-}
-
 /// Returns the time of each milestone of a decision.
 fn milestones_json(decision: &Decision) -> Value {
-    let mut milestones = Map::new();
-    for m in &decision.milestones {
+    let milestones = decision.milestones.iter().map(|m| {
         let key = format!("{:02} {} {}", m.question, m.stage, m.subject);
-        milestones.insert(key, json!(m.time_ms));
-    }
-    Value::Object(milestones)
+        (key, json!(m.time_ms))
+    });
+    Value::Object(milestones.collect())
 }
 
 /// Returns the choices among several causes.
@@ -300,23 +262,6 @@ fn choices_json(domain: &Domain, decision: &Decision) -> Value {
         })
     };
     decision.choices.iter().map(choice).collect()
-}
-
-/// Returns the table of a whole plan under its title.
-fn whole(end: &str, grid: &Grid) -> String {
-    format!("{}\n\n{grid}\n", wrapped(&format!("Whole plan, then {end}:"), 0))
-}
-
-/// Returns how long a decision took, in brackets.
-fn decided(decision: Option<&Decision>, noun: &str) -> String {
-    let Some(decision) = decision else { return String::new() };
-    let after = counted(decision.questions as usize, noun);
-    format!(" (decided in {:.0} simulated ms after {after})", decision.time_ms)
-}
-
-/// Returns the tables about the first decision.
-fn decision_tables(domain: &Domain, decision: &Decision, number: &str) -> String {
-    choices_table(domain, decision) + &milestones_table(decision, number)
 }
 
 /// Returns the choices among several causes as a table; empty if there were none.

@@ -1,4 +1,4 @@
-//! A relational domain as tables and as JSON.
+//! A learned domain as tables and as JSON.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,8 @@ use symbolt::task::domain::{
     RelationalOperator, Role,
 };
 
-use super::output::{Grid, counted, mm, section, unbroken};
+use super::output::keys;
+use super::table::{Grid, counted, section, unbroken};
 
 /// Returns tables of the states, the operators with their conditions and side effects, and the goal.
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
@@ -66,6 +67,11 @@ fn coordinate(coordinate: &Coordinate) -> String {
     }
 }
 
+/// Formats a length given in metres as millimetres, without the unit.
+pub(crate) fn mm(metres: f64) -> String {
+    format!("{:.3}", metres * 1e3)
+}
+
 /// Formats a length in metres, without the sign of a zero.
 pub(crate) fn metres(length: f64, digits: usize) -> String {
     let text = format!("{length:.digits$}");
@@ -82,8 +88,8 @@ fn spread_table(domain: &RelationalDomain) -> Grid {
         for (index, place) in state.places.iter().enumerate() {
             let first = |text: String| if index == 0 { text } else { String::new() };
             let poses = if one { state.count } else { place.count };
-            let mut row =
-                vec![first(state.name.clone()), first(origin(state).into()), poses.to_string()];
+            let origin = if state.origin == Origin::Found { "found" } else { "placed" };
+            let mut row = vec![first(state.name.clone()), first(origin.into()), poses.to_string()];
             row.extend(place.coordinates.iter().map(|c| match c {
                 Coordinate::Tight { sd, .. } => mm(*sd),
                 Coordinate::Open { .. } => "open".into(),
@@ -93,13 +99,6 @@ fn spread_table(domain: &RelationalDomain) -> Grid {
         }
     }
     grid
-}
-
-fn origin(state: &FrameState) -> &'static str {
-    match state.origin {
-        Origin::Found => "found",
-        Origin::Placed => "placed",
-    }
 }
 
 /// Returns the actions: the states that the object leaves and enters.
@@ -163,16 +162,14 @@ fn change_table(domain: &RelationalDomain) -> Grid {
 
 /// Returns the keys of `symbolt learn --json` that describe a domain.
 pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
-    let goal = domain.goals.last().map(|goal| &domain.states[goal.state].name);
-    let keys = [
-        ("states", domain.states.iter().map(state).collect()),
-        ("operators", domain.operators.iter().map(|o| action(domain, o)).collect()),
-        ("goals", domain.goals.iter().map(|g| term(domain, g)).collect()),
-        ("goal", json!(goal)),
-        ("noise_m", json!(domain.noise_m)),
-        ("noise_rad", json!(domain.noise_rad)),
-    ];
-    keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    keys(json!({
+        "states": domain.states.iter().map(state).collect::<Vec<_>>(),
+        "operators": domain.operators.iter().map(|o| action(domain, o)).collect::<Vec<_>>(),
+        "goals": domain.goals.iter().map(|g| term(domain, g)).collect::<Vec<_>>(),
+        "goal": domain.goals.last().map(|goal| &domain.states[goal.state].name),
+        "noise_m": domain.noise_m,
+        "noise_rad": domain.noise_rad,
+    }))
 }
 
 fn state(state: &FrameState) -> Value {

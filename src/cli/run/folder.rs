@@ -3,17 +3,18 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use anyhow::Error;
+use anyhow::{Error, bail};
 use serde_json::Value;
 use symbolt::files::{FileError, Limit, Overwrite, ResultFolder, read_regular_file, write_atomic};
 use symbolt::report::RunFacts;
 
-use super::args::{BadArgument, RunArgs};
-use super::output::warn;
-use super::report;
+use super::args::RunArgs;
+use crate::cli::end::BadArgument;
+use crate::cli::output::{not_standard_output, warn_of};
+use crate::cli::report;
 
 /// The files that a run writes.
-pub(crate) const FILES: [&str; 7] = [
+pub(super) const FILES: [&str; 7] = [
     "recording.jsonl",
     "domain.json",
     "scene.json",
@@ -35,42 +36,24 @@ const DEFAULT: &str = "out";
 /// If the folder must not be replaced. A folder named with `--out` must hold none of the files. The default `out` must
 /// be empty or hold an earlier run. `--force` lifts both conditions. If another run is writing to the folder, or if it
 /// cannot be written.
-pub(crate) fn open(args: &RunArgs) -> Result<ResultFolder, Error> {
-    let folder = named(args.out.as_deref())?;
-    let root = args.out.is_none().then_some(folder.as_path());
-    let folder = ResultFolder::open_if(&folder, root, |folder| may_write(args, folder))?;
-    if let Some(warning) = folder.warning() {
-        warn(&warning.to_string());
-    }
-    Ok(folder)
-}
-
-/// Returns the folder named with `--out`, or the default.
-fn named(out: Option<&Path>) -> Result<PathBuf, BadArgument> {
-    let folder = out.unwrap_or(Path::new(DEFAULT));
+pub(super) fn open(args: &RunArgs) -> Result<ResultFolder, Error> {
+    let folder = args.out.as_deref().unwrap_or(Path::new(DEFAULT));
     not_standard_output(folder)?;
-    Ok(folder.into())
-}
-
-/// Refuses `-`, which elsewhere means standard output.
-pub(crate) fn not_standard_output(folder: &Path) -> Result<(), BadArgument> {
-    if folder.as_os_str() == "-" {
-        let problem = "--out -: must be a folder; for a folder of this name write ./-";
-        return Err(BadArgument(problem.into()));
-    }
-    Ok(())
+    let root = args.out.is_none().then_some(folder);
+    let folder = ResultFolder::open_if(folder, root, |folder| may_write(args, folder))?;
+    warn_of(&folder);
+    Ok(folder)
 }
 
 /// Checks that a run may write to the folder.
 fn may_write(args: &RunArgs, folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
         let problem = format!("{} is a file; a run needs a folder to write to", folder.display());
-        return Err(BadArgument(problem).into());
+        bail!(BadArgument(problem));
     }
     let facts = folder.join(FACTS);
     if facts.symlink_metadata().is_ok_and(|found| !found.is_file()) {
-        let problem = format!("{} is not an ordinary file; remove it first", facts.display());
-        return Err(BadArgument(problem).into());
+        bail!(BadArgument(format!("{} is not an ordinary file; remove it first", facts.display())));
     }
     if args.force {
         return Ok(());
@@ -81,13 +64,11 @@ fn may_write(args: &RunArgs, folder: &Path) -> Result<(), Error> {
             None => Ok(()),
         };
     }
-    match foreign(folder)? {
-        Some(what) => {
-            let advice = "choose another folder with --out, or add --force to write there anyway";
-            Err(BadArgument(format!("{what}; {advice}")).into())
-        }
-        None => Ok(()),
+    if let Some(what) = foreign(folder)? {
+        let advice = "choose another folder with --out, or add --force to write there anyway";
+        bail!(BadArgument(format!("{what}; {advice}")));
     }
+    Ok(())
 }
 
 /// Returns a sentence on why a folder cannot have been written by a run; `None` if it can.
@@ -124,7 +105,7 @@ fn is_facts(path: &Path) -> bool {
 ///
 /// # Errors
 /// [`FileError`] if a file cannot be removed or written.
-pub(crate) fn write(folder: &ResultFolder, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
+pub(super) fn write(folder: &ResultFolder, contents: [Vec<u8>; 6]) -> Result<(), FileError> {
     let folder = folder.path();
     // First the file that marks the folder as a run's. A full disk then leaves the earlier run, and a kill at any moment
     // a folder that is still recognised.

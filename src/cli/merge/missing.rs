@@ -2,13 +2,13 @@
 
 use symbolt::study::experiment::{Shard, ShardState, ShardStatus, Status};
 
-use super::output::{Grid, counted, unbroken, wrapped};
+use crate::cli::table::{Grid, counted, unbroken, wrapped};
 
 /// Greatest number of trials that a row lists. `--json` lists all.
 const LISTED: usize = 12;
 
 /// Returns the tables of shards and cells. The last line, `Rerun: 2,5,7`, is for scripts.
-pub(crate) fn described(status: &Status) -> String {
+pub(super) fn described(status: &Status) -> String {
     let (done, all) = (status.done(), status.trials());
     let title = format!(
         "{} with seed {}: {done} of {all} trials are done.",
@@ -56,8 +56,7 @@ pub(crate) fn described(status: &Status) -> String {
         text += &format!("Missing trials of each shard:\n\n{grid}\n");
     }
     if let Some(rerun) = status.rerun().filter(|rerun| !rerun.is_empty()) {
-        let numbers: Vec<String> =
-            rerun.iter().map(|shard| shard.index.saturating_add(1).to_string()).collect();
+        let numbers: Vec<String> = rerun.iter().map(u64::to_string).collect();
         text += &format!("Rerun: {}\n", numbers.join(","));
     }
     text

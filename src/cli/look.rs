@@ -1,0 +1,95 @@
+//! A scene as a learned domain sees it: what the commands on scenes share.
+
+use std::path::Path;
+
+use anyhow::Error;
+use serde_json::{Value, json};
+use symbolt::task::classify::Layout;
+use symbolt::task::compile::TargetPose;
+use symbolt::task::domain::{GoalTerm, RelationalDomain};
+use symbolt::task::{Snapshot, TaskError};
+
+use super::domain_tables::metres;
+use super::end::BadArgument;
+use super::options::GroundingArgs;
+use super::output::{not_both_standard_input, warn};
+use super::table::listed;
+
+/// Reads a domain and a scene, not both from standard input.
+pub(crate) fn read(domain: &Path, scene: &Path) -> Result<(RelationalDomain, Snapshot), Error> {
+    not_both_standard_input(("domain", domain), ("scene", scene))?;
+    Ok((RelationalDomain::read(domain)?, Snapshot::read(scene)?))
+}
+
+/// Returns the goal with a name, or the goal of the demonstrations.
+pub(crate) fn wanted(
+    domain: &RelationalDomain,
+    name: Option<&str>,
+) -> Result<Vec<GoalTerm>, Error> {
+    match name {
+        Some(goal) => Ok(vec![domain.goal(goal)?]),
+        None if domain.goals.is_empty() => {
+            let problem = "the domain has no goal; name one with --goal STATE";
+            Err(BadArgument(problem.into()).into())
+        }
+        None => Ok(domain.goals.clone()),
+    }
+}
+
+/// Finds the state of every object, and warns of objects that are equally near to two references.
+pub(crate) fn look(
+    grounding: &GroundingArgs,
+    domain: &RelationalDomain,
+    scene: &Snapshot,
+) -> Result<Layout, TaskError> {
+    let classifier = grounding.classifier(domain)?;
+    let layout = classifier.classify(scene);
+    for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
+        let Some(fact) = located.fact else { continue };
+        let Some(reference) = fact.reference else { continue };
+        // Without this reference, the object is found at the other one.
+        let mut others = scene.clone();
+        others.object = None;
+        others.objects.remove(reference);
+        let own = if reference < index { index - 1 } else { index };
+        let other = classifier.classify_object(&others, own).fact.and_then(|fact| fact.reference);
+        let id = |index: usize| layout.objects[index].id.to_string();
+        let other =
+            other.map_or_else(|| "another one".into(), |o| format!("`{}`", others.objects[o].id));
+        let (object, state) = (id(index), &domain.states[fact.state].name);
+        warn(&format!(
+            "`{object}` is {state} of `{}` and of {other}, which are equally near; `{}` is taken",
+            id(reference),
+            id(reference)
+        ));
+    }
+    Ok(layout)
+}
+
+/// Returns a line with the objects in no state whose kind has states; `None` if there are none.
+pub(crate) fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String> {
+    let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
+    let all = layout.objects.iter().zip(&layout.located);
+    let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
+    let loose = loose.map(|(o, l)| match l.miss {
+        None => o.id.to_string(),
+        Some(miss) => {
+            let nearest = &domain.states[miss.nearest.state].name;
+            format!("{} (nearest {nearest}, {})", o.id, miss.offset.in_words())
+        }
+    });
+    let loose: Vec<String> = loose.collect();
+    (!loose.is_empty()).then(|| listed("In no state: ", &loose))
+}
+
+/// Returns the coordinates of a target in words, in metres.
+pub(crate) fn position(target: &TargetPose) -> String {
+    target.pose.position.map(|v| metres(v, 3)).join(", ")
+}
+
+pub(crate) fn target_json(target: &TargetPose) -> Value {
+    json!({
+        "position": target.pose.position, "orientation": target.pose.orientation,
+        "turn": target.turn.name(),
+    })
+}

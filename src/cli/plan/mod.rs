@@ -1,0 +1,20 @@
+//! `symbolt plan`: plans in a scene of a learned domain, or for a problem in PDDL.
+
+mod args;
+mod pddl;
+mod scene;
+
+use anyhow::Error;
+
+pub(super) use self::args::PlanArgs;
+use super::end::Outcome;
+use super::output::use_threads;
+
+pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
+    let out = args.out.place()?;
+    use_threads(&args.common)?;
+    match &args.scene {
+        Some(scene) => scene::plan(args, scene, &out),
+        None => pddl::plan(args, &out),
+    }
+}
