@@ -1,5 +1,7 @@
 //! Domains, scenes and recordings of strangers, each with the symptom that it once had.
 
+#![cfg(feature = "physics")]
+
 use std::path::Path;
 
 use symbolt::sim::Seed;
@@ -11,7 +13,7 @@ use symbolt::task::event::{Ended, EpisodeReport};
 use symbolt::task::learn::learn;
 use symbolt::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
-use symbolt::task::{Recording, Snapshot};
+use symbolt::task::{Recording, Snapshot, SnapshotEvent};
 
 fn learned(name: &str) -> (RelationalDomain, Snapshot) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/learned");
@@ -119,13 +121,11 @@ fn what_is_not_seen_for_a_moment_lies_where_it_was_put() {
     for demo in 0..recording.demos.len() {
         // The snapshots after an object was put down, up to the next contact, and the end.
         let snapshots = &recording.demos[demo].snapshots;
-        for release in 1..snapshots.len() - 2 {
-            let Some(id) =
-                snapshots[release].object.map(|o| snapshots[release].objects[o].id.clone())
-            else {
+        for (release, snapshot) in snapshots.iter().enumerate().take(snapshots.len() - 2).skip(1) {
+            let Some(id) = snapshot.object.map(|o| snapshot.objects[o].id.clone()) else {
                 continue;
             };
-            if snapshots[release].event != Some(symbolt::task::SnapshotEvent::Release) {
+            if snapshot.event != Some(SnapshotEvent::Release) {
                 continue;
             }
             let mut flickers = recording.clone();
@@ -162,7 +162,6 @@ fn an_episode_counts_if_the_robot_ended_it_as_met_and_the_judge_agrees() {
 }
 
 #[test]
-#[cfg(feature = "physics")]
 fn a_demonstration_that_fails_says_at_which_move_and_which_number_rules_it_out() {
     use symbolt::robot::arm::GripperSpec;
     use symbolt::task::demonstrate;

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::moves::Move;
-use super::plan::{InForce, Undecided};
 use super::problem::{Problem, ProblemError};
+use super::reference_planner::{InForce, Undecided};
 use crate::task::domain::{Fact, Situation};
 
 /// Greatest number of situations that each search for needs that hold together generates.

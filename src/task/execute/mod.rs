@@ -116,7 +116,8 @@ pub struct EpisodeSpec {
     pub frame_ms: Option<u64>,
     /// Threads that compute the planner graph's ticks. The episode has the same bits either way.
     pub threads: Threads,
-    /// Errors of the executor's sensing. If there are any, each look takes nine frames and their middle.
+    /// Errors of the executor's sensing. If there are any, each look takes nine frames and their middle; an object
+    /// is seen if it is in two of them.
     pub sensing: Sensing,
 }
 
