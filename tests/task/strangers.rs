@@ -183,3 +183,38 @@ fn a_demonstration_that_fails_says_at_which_move_and_which_number_rules_it_out()
     let strong = of(GripperSpec::default());
     assert_eq!((strong.solved, strong.unsolved), (1, Vec::new()));
 }
+
+/// Learns the recording `name`, and plans from the beginning of one of its demonstrations.
+fn shown(name: &str, demo: usize) -> (RelationalDomain, Vec<String>) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/learned");
+    let recording = Recording::read(&folder.join(format!("{name}.jsonl"))).expect("a recording");
+    let learned = learn(&recording, &Default::default()).expect("it can be learned");
+    assert_eq!(learned.report.failed(), 0, "{name}: an attempt was left out");
+    let domain = learned.domain;
+    let layout = Classifier::new(&domain).classify(&recording.demos[demo].snapshots[0]);
+    let problem = Problem::new(&domain, &layout).expect("a problem");
+    let build = PlannerBuild::default();
+    let plan = build.plan(&problem, &layout, PlannerBuild::LIMIT).expect("a plan");
+    assert_eq!(plan.end, SceneEnd::Met, "{name}: {:?}", plan.moves);
+    (domain, plan.moves.into_iter().map(|m| m.action).collect())
+}
+
+#[test]
+fn a_move_shown_once_is_not_discarded_as_a_failed_attempt() {
+    // In one of five demonstrations the gate was shut, and a button opened it.
+    let (domain, plan) = shown("gate", 3);
+    let once = domain.operators.iter().filter(|o| o.instances == 1).count();
+    assert_eq!((domain.operators.len(), once), (2, 1));
+    assert_eq!(plan[0], "PUT_BUTTON_AT_START", "{plan:?}");
+    // Where the gate is open, nobody presses the button.
+    assert_eq!(shown("gate", 0).1, ["PUT_BOX_PLACED"]);
+}
+
+#[test]
+fn three_moves_alike_are_not_discarded_as_failed_attempts() {
+    // In three of ten demonstrations a block lay on another one, and was put aside first.
+    let (domain, plan) = shown("tower", 0);
+    assert_eq!(domain.operators.iter().filter(|o| o.instances == 3).count(), 1);
+    assert_eq!(plan.len(), 3, "{plan:?}");
+    assert!(plan[0].starts_with("PUT_YELLOW"), "{plan:?}");
+}

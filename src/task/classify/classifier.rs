@@ -90,7 +90,8 @@ impl ClassifierRule {
 /// that [`FrameState::turn`] fixes.
 ///
 /// *Found* objects, and objects that were put down in any orientation, can lie on another side, or on each other. Their
-/// variance is `noise^2 + (w^2 + (n - 1) s^2) / n`, with `w` = 10 mm for found and 3 mm for placed objects.
+/// variance is `noise^2 + (w^2 + (n - 1) s^2) / n`, with `w` = 10 mm for found and 3 mm for placed objects. Where the learner told
+/// two places of a kind apart that differ in one coordinate alone, `w` is at most a fifth of the difference.
 ///
 /// The direction about the upright axis is compared only if the demonstrations needed it
 /// ([`FrameState::turn_matters`]).
@@ -103,6 +104,9 @@ pub struct Classifier {
     /// The vertical coordinate of the world frame, if some state shows it.
     up: Option<usize>,
     priors: Directions,
+    /// For each state, place and coordinate, the difference from the nearest place that differs in this coordinate alone, in
+    /// metres.
+    gaps: Vec<Vec<[f64; 3]>>,
 }
 
 /// Standard deviation of a place seen once whose objects lie in any orientation, in metres, and of an orientation that
@@ -111,6 +115,8 @@ const PRIOR: (f64, f64) = (3e-3, 0.06);
 /// Standard deviation of a place in which objects were found, if it was seen once, in metres.
 const FOUND_M: f64 = 1e-2;
 const FLOOR: (f64, f64) = (1e-3, 0.02);
+/// Number of standard deviations of such places, each seen once, between two that the learner told apart.
+const GAP: f64 = 5.0;
 /// Movement below which an object keeps its state, in metres and radians.
 const STILL: (f64, f64) = (5e-4, 0.01);
 /// Difference of log densities below which two references are equally near.
@@ -136,6 +142,7 @@ impl Classifier {
             rule: ClassifierRule::default(),
             up: up_axis(domain.states.iter().flat_map(agreements)),
             priors: priors(&domain.states),
+            gaps: gaps(&domain.states),
         }
     }
 
@@ -264,7 +271,8 @@ impl Classifier {
                 let pose = frame.map_or(object.pose, |frame| relative(frame, &object.pose));
                 for (p, place) in state.places.iter().enumerate() {
                     let up = self.vertical(frame).or_else(|| upright(state, place));
-                    let (mut distance, density, offset) = self.compare(state, place, &pose, up);
+                    let (mut distance, density, offset) =
+                        self.compare((state, place, &self.gaps[s][p]), &pose, up);
                     if let ClassifierRule::Nearest { p } = self.rule {
                         distance = p_distance(&place.pose().position, &pose.position, p);
                     }
@@ -315,8 +323,7 @@ impl Classifier {
     /// known.
     fn spread(
         &self,
-        state: &FrameState,
-        place: &Place,
+        (state, place, gaps): (&FrameState, &Place, &[f64; 3]),
         (i, sd): (usize, f64),
         up: Option<Vector3<f64>>,
     ) -> f64 {
@@ -331,6 +338,7 @@ impl Classifier {
             return (between(&PLAY, up) + own + noise).sqrt();
         }
         let prior = if state.origin == Origin::Found { FOUND_M } else { PRIOR.0 };
+        let prior = prior.min(gaps[i] / GAP);
         let n = place.count.max(1) as f64;
         ((prior * prior + (n - 1.0) * sd * sd) / n + noise).sqrt().max(FLOOR.0)
     }
@@ -355,8 +363,7 @@ impl Classifier {
     /// Returns the distance in standard deviations, the log density and the offset.
     fn compare(
         &self,
-        state: &FrameState,
-        place: &Place,
+        (state, place, gaps): (&FrameState, &Place, &[f64; 3]),
         pose: &Pose,
         up: Option<Vector3<f64>>,
     ) -> (f64, f64, Offset) {
@@ -367,7 +374,7 @@ impl Classifier {
             let x = pose.position[i];
             match *coordinate {
                 Coordinate::Tight { mean, sd } => {
-                    let spread = self.spread(state, place, (i, sd), up);
+                    let spread = self.spread((state, place, gaps), (i, sd), up);
                     deviation[i] = x - mean;
                     let z = deviation[i] / spread;
                     tight.push(z);
@@ -452,6 +459,30 @@ fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>> {
 fn agreements(state: &FrameState) -> impl Iterator<Item = [bool; 3]> {
     let world = state.frame == Frame::World;
     state.places.iter().filter(move |_| world).map(|p| p.coordinates.map(|c| !c.is_open()))
+}
+
+/// Returns for each state, place and coordinate the difference from the nearest place of the same kind and frame that differs
+/// in this coordinate alone; infinite if there is none.
+fn gaps(states: &[FrameState]) -> Vec<Vec<[f64; 3]>> {
+    // How far two places are apart in a coordinate; `None` if one of them leaves it open.
+    let apart = |a: &Place, b: &Place, i: usize| match (a.coordinates[i], b.coordinates[i]) {
+        (Coordinate::Tight { mean: a, .. }, Coordinate::Tight { mean: b, .. }) => {
+            Some((a - b).abs())
+        }
+        _ => None,
+    };
+    let near = |a: &Place, b: &Place, i: usize| apart(a, b, i).is_none_or(|m| m < FOUND_M);
+    let of = |state: &FrameState, place: &Place| {
+        std::array::from_fn(|i| {
+            let same = states.iter().filter(|s| s.kind == state.kind && s.frame == state.frame);
+            let others = same
+                .flat_map(|s| &s.places)
+                .filter(|other| (0..3).all(|j| j == i || near(place, other, j)));
+            let gaps = others.filter_map(|other| apart(place, other, i)).filter(|gap| *gap > 0.0);
+            gaps.fold(f64::INFINITY, f64::min)
+        })
+    };
+    states.iter().map(|s| s.places.iter().map(|p| of(s, p)).collect()).collect()
 }
 
 /// Returns the standard deviations of placed objects, pooled over all states.

@@ -341,12 +341,17 @@ fn hold_fixtures(recording: &Recording, tracks: &mut [Vec<Track>], least_m: f64)
             if *touched || *moved == 0 || *moved as f64 >= MOVING * *of as f64 {
                 continue;
             }
-            let poses: Vec<Pose> =
-                (0..track.at.len()).filter_map(|s| track.pose(demo, s).copied()).collect();
-            let usual = median(&poses);
-            for s in 0..track.at.len() {
-                if track.pose(demo, s).is_some_and(|p| p.distance(&usual) > least_m) {
-                    track.at[s] = None;
+            let poses: Vec<(usize, Pose)> =
+                (0..track.at.len()).filter_map(|s| Some((s, *track.pose(demo, s)?))).collect();
+            let all: Vec<Pose> = poses.iter().map(|(_, pose)| *pose).collect();
+            let usual = median(&all);
+            for (i, (s, pose)) in poses.iter().enumerate() {
+                // What stays elsewhere for two snapshots was moved, as a gate is by its button.
+                let near =
+                    |other: Option<&Pose>| other.is_some_and(|o| o.distance(pose) <= least_m);
+                let stays = near(i.checked_sub(1).and_then(|i| all.get(i))) || near(all.get(i + 1));
+                if pose.distance(&usual) > least_m && !stays {
+                    track.at[*s] = None;
                     out += 1;
                 }
             }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::frames::SMALLEST_M;
 use super::likelihood::Likelihood;
-use super::motion::Motion;
+use super::motion::{Came, Motion};
 use super::states::{States, least_support};
 use crate::task::domain::{
     Condition, Coordinate, Displacement, Fact, GoalTerm, Need, NeedVerdict, Parameters, Place,
@@ -45,11 +45,17 @@ pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
             of_state.entry(instance.to.state).or_default().push(instance);
         }
     }
-    // What happened in few demonstrations is taken for an accident.
+    // What happened in few demonstrations is taken for an accident, unless it was the way out of a state in which
+    // an object was found.
     let least = least_support(motion.recording.demos.len());
+    let shown = |i: &Instance| {
+        let rest = motion.rest_at(i.attempt.demo, i.object, i.attempt.before);
+        i.attempt.declared && rest.is_some_and(|rest| rest.came == Came::Found)
+    };
+    let sure = !motion.is_noisy() && !motion.flickers;
     of_state.retain(|_, instances| {
         let demos: BTreeSet<usize> = instances.iter().map(|i| i.attempt.demo).collect();
-        demos.len() >= least
+        demos.len() >= least || sure && instances.iter().all(shown)
     });
     let seen = seen(motion, found);
     let mut operators = Vec::new();

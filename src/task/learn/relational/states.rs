@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::cluster::{Clustering, FramePrior, Item};
 use super::frames::Frames;
 use super::likelihood::Likelihood;
-use super::motion::Motion;
+use super::motion::{Came, Motion, Rest};
 use super::places::{Group, is_scattered};
 use crate::task::domain::{Fact, FrameState};
 use crate::task::learn::names::Names;
@@ -67,7 +67,8 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         for places in frames.together(groups) {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
             let (support, demos) = (frames.support(&all), motion.recording.demos.len());
-            if support < least_support(demos) || is_scattered(&places, support, demos) {
+            let rare = support < least_support(demos) || is_scattered(&places, support, demos);
+            if rare && !frames.were_left(&all) {
                 lost.extend(all);
                 continue;
             }
@@ -166,6 +167,19 @@ impl Frames<'_, '_> {
         });
         let split = groups.flat_map(|g| self.split(g, likelihood.scale_m)).collect();
         (split, likelihood.turns)
+    }
+
+    /// Returns whether objects were found in all of these rests and then moved on purpose. What was shown once is
+    /// uncertain, but it is no accident of the demonstrator. In recordings with errors of sensing it may be one of the sensor.
+    fn were_left(&self, rests: &[usize]) -> bool {
+        let motion = self.motion;
+        let moved = |rest: usize| {
+            let Rest { demo, track, came, .. } = motion.rests[rest];
+            let own = motion.attempts.iter().filter(|a| a.declared && a.demo == demo);
+            let mut own = own.filter(|a| a.track == Some(track));
+            came == Came::Found && own.any(|a| motion.index_at(demo, track, a.before) == Some(rest))
+        };
+        !motion.is_noisy() && !motion.flickers && rests.iter().all(|rest| moved(*rest))
     }
 
     /// Returns the number of demonstrations in which some rests occur.
