@@ -86,6 +86,7 @@ fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Err
         "demonstrations": made.recording.demos.len(),
         "snapshots": made.recording.snapshot_count(),
         "assembled": made.solved,
+        "unsolved": made.unsolved.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "simulated_s": made.simulated_s,
     });
     Ok((made.recording.to_jsonl(None)?, summary))

@@ -215,7 +215,7 @@ impl Shown<'_> {
             for (action, condition) in dropped {
                 grid.row([action.to_owned(), condition]);
             }
-            let _ = writeln!(text, "Conditions that cannot be met in this scene:\n\n{grid}");
+            let _ = writeln!(text, "Conditions that cannot all be met in this scene:\n\n{grid}");
         }
         if let Some((domain, decision)) = &self.first {
             text += &choices_table(domain, decision);

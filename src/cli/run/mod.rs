@@ -13,7 +13,7 @@ use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
-use symbolt::robot::scene::Scene;
+use symbolt::robot::scene::{Scene, SceneFrame};
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::task::domain::RelationalDomain;
@@ -56,9 +56,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let shown = demonstrate_sensed(&*task, count, &spec.sensing, seed, &mut line)?;
     if shown.solved == 0 {
         let whys: String = shown.unsolved.iter().map(|why| format!("\n{why}")).collect();
-        let sentence = format!(
-            "none of {count} demonstrations solved the task, so there is nothing to learn{whys}"
-        );
+        let none = match count {
+            1 => "the demonstration did not solve the task".into(),
+            _ => format!("none of {count} demonstrations solved the task"),
+        };
+        let sentence = format!("{none}, so there is nothing to learn{whys}");
         return Ok(Outcome::Failed(sentence));
     }
     let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
@@ -203,9 +205,9 @@ fn traced(
 }
 
 /// An episode that fails before it begins, because what is seen gives no problem. The others go on.
-fn without_problem(why: &TaskError, index: usize) -> Ran {
+fn without_problem(why: &TaskError, index: usize, frames: Vec<SceneFrame>) -> Ran {
     let mut tracer = Tracer::new(index);
-    let episode = Episode::without_problem(why, &mut tracer);
+    let episode = Episode { frames, ..Episode::without_problem(why, &mut tracer) };
     Ran { episode, tracer, reason: why.to_string() }
 }
 
@@ -249,7 +251,10 @@ fn episodes(
                 (traced(prepared, chosen, vec![&mut line, &mut activity])?, activity)
             }
             Err(why @ TaskError::Problem { .. }) => {
-                (without_problem(&why, chosen), ActivityRecorder::default())
+                // The page shows the scene as it was.
+                let seed = scene_seed(runner.args, chosen);
+                let frame = Scene::new(runner.spec.task.scene(seed)?)?.frame();
+                (without_problem(&why, chosen, vec![frame]), ActivityRecorder::default())
             }
             Err(error) => return Err(error),
         };
@@ -259,7 +264,7 @@ fn episodes(
     let other = |index: usize| {
         let over = match runner.prepared(index) {
             Ok(prepared) => traced(prepared, index, Vec::new())?,
-            Err(why @ TaskError::Problem { .. }) => without_problem(&why, index),
+            Err(why @ TaskError::Problem { .. }) => without_problem(&why, index, Vec::new()),
             Err(error) => return Err(error),
         };
         tell();

@@ -13,8 +13,8 @@ const SQUEEZED: f64 = 500.0;
 
 impl Scene {
     /// Returns in words which limit can have kept the robot from putting a part at a target: grip against weight, reach,
-    /// opening of the fingers, or the position error at which the arm stops. `grasps` are those that were tried.
-    /// Says nothing about limits that leave room.
+    /// opening of the fingers, or the position error at which the arm stops. `grasps` are those that were tried. Where a limit
+    /// leaves room, its numbers are said all the same, so that it can be ruled out.
     pub fn limits_in_words(
         &self,
         part: usize,
@@ -54,8 +54,9 @@ impl Scene {
             SkillOutcome::Placed => "it was released at its target".into(),
             SkillOutcome::Dropped | SkillOutcome::Missed => grip(),
             SkillOutcome::Blocked => format!(
-                "the end effector was more than {} mm off its path; the part weighs {weight_n:.2} N",
-                1e3 * arm.alarm_m
+                "the end effector was more than {} mm off its path; {}",
+                1e3 * arm.alarm_m,
+                grip()
             ),
             SkillOutcome::Occupied => "another part is in the way at the target".into(),
             SkillOutcome::TimedOut => "it took longer than 60 s".into(),

@@ -58,9 +58,9 @@ impl Problem<'_> {
         avoid: &[usize],
     ) -> Result<Vec<PlannedMove>, ProblemError> {
         let needs = &self.in_force;
-        let moves = match self.search(start, avoid, InForce::Met(needs), MOST) {
+        let moves = match self.search(start, avoid, InForce::Met(needs), &mut { MOST }) {
             Err(ProblemError::NoPlan) => {
-                self.search(start, avoid, InForce::Counted(needs), MOST)?.0
+                self.search(start, avoid, InForce::Counted(needs), &mut { MOST })?.0
             }
             found => found?.0,
         };
@@ -73,13 +73,14 @@ impl Problem<'_> {
         Ok(plan)
     }
 
-    /// Searches for a plan, and returns it with the needs that it leaves unmet. Generates at most `most` situations.
+    /// Searches for a plan, and returns it with the needs that it leaves unmet. Generates at most `left` situations, and
+    /// leaves there how many are left.
     pub(super) fn search(
         &self,
         start: &Situation,
         avoid: &[usize],
         needs: InForce<'_>,
-        most: usize,
+        left: &mut usize,
     ) -> Result<(Vec<Move>, BTreeSet<Undecided>), ProblemError> {
         let evidence = |unmet: &BTreeSet<Undecided>| -> usize {
             unmet.iter().map(|(o, n)| self.domain.operators[*o].needs[*n].of).sum()
@@ -93,7 +94,7 @@ impl Problem<'_> {
             if lacking == 0 {
                 return Ok((self.path(&nodes, index), nodes[index].unmet.as_ref().clone()));
             }
-            if nodes.len() > most {
+            if *left == 0 {
                 return Err(ProblemError::GivenUp { situations: nodes.len() });
             }
             let situation = nodes[index].situation.clone();
@@ -131,6 +132,7 @@ impl Problem<'_> {
                 let rank =
                     (lacking + unmet.len(), evidence(&unmet), lacking, depth + 1, nodes.len());
                 nodes.push(Node { situation: next, from: Some((index, m)), unmet });
+                *left = left.saturating_sub(1);
                 open.push(Reverse(rank));
             }
         }

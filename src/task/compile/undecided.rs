@@ -7,8 +7,11 @@ use super::problem::{Problem, ProblemError};
 use super::reference_planner::{InForce, Undecided};
 use crate::task::domain::{Fact, Situation};
 
-/// Greatest number of situations that each search for needs that hold together generates.
+/// Greatest number of situations that each search for needs that hold together generates, and all of them.
 const MOST: usize = 5_000;
+const MOST_IN_ALL: usize = 100_000;
+/// Greatest number of choices of one size that are tried.
+const MOST_CHOICES: usize = 2_000;
 
 impl Problem<'_> {
     /// Puts those undecided needs in force that can be met, judged by reachability without deletions.
@@ -65,29 +68,71 @@ impl Problem<'_> {
         moves
     }
 
-    /// Returns the undecided needs in force that some plan from `now` meets together. Of those that no plan meets together,
-    /// as few are left out as a greedy search finds, those with the least evidence first.
+    /// Returns the undecided needs in force that some plan from `now` meets together. Of those that no plan meets together, as
+    /// few as possible are left out, and of several choices those with the least evidence.
     ///
     /// Needs that forbid each other's states can each be met alone: the fork before the knife, and the knife before the
-    /// fork. If no plan meets all, a search counts each need that it leaves unmet. Then each of these is taken back, those with the most
-    /// evidence first, if there is still a plan. A search that is given up shows nothing, so the needs stay.
+    /// fork. If no plan meets all, a search that counts each unmet need says how many must be left out at most. Then smaller
+    /// and weaker choices are tried, in this order. A search that is given up shows nothing, so the needs stay; so does a
+    /// choice that takes too long to improve.
     pub(super) fn together(&self, now: &Situation) -> BTreeSet<Undecided> {
         let all = &self.in_force;
-        let search = |needs: InForce<'_>| self.search(now, &[], needs, MOST);
-        if all.is_empty() || !matches!(search(InForce::Met(all)), Err(ProblemError::NoPlan)) {
+        let met = |needs: &BTreeSet<Undecided>, left: &mut usize| {
+            let mut most = MOST.min(*left);
+            let before = most;
+            let found = self.search(now, &[], InForce::Met(needs), &mut most);
+            *left -= before - most;
+            found.map(|_| ())
+        };
+        let mut left = MOST_IN_ALL;
+        if all.is_empty() || met(all, &mut left) != Err(ProblemError::NoPlan) {
             return all.clone();
         }
-        let Ok((_, unmet)) = search(InForce::Counted(all)) else { return all.clone() };
-        let mut kept: BTreeSet<Undecided> = all.difference(&unmet).copied().collect();
+        let counted = self.search(now, &[], InForce::Counted(all), &mut { MOST });
+        let Ok((_, unmet)) = counted else { return all.clone() };
         let evidence = |(o, n): &Undecided| self.domain.operators[*o].needs[*n].of;
-        let mut back: Vec<Undecided> = unmet.into_iter().collect();
-        back.sort_by_key(|need| (std::cmp::Reverse(evidence(need)), *need));
-        for need in back {
-            kept.insert(need);
-            if search(InForce::Met(&kept)).is_err() {
-                kept.remove(&need);
+        let without =
+            |out: &[Undecided]| all.iter().filter(|n| !out.contains(n)).copied().collect();
+        let known = (unmet.len(), unmet.iter().map(evidence).sum::<usize>());
+        let mut needs: Vec<Undecided> = all.iter().copied().collect();
+        needs.sort_by_key(|need| (evidence(need), *need));
+        for size in 1..=unmet.len() {
+            let mut choices = choices(&needs, size);
+            let weight = |choice: &[Undecided]| choice.iter().map(evidence).sum::<usize>();
+            choices.sort_by_key(|choice| weight(choice));
+            for choice in choices.iter().filter(|c| (size, weight(c)) < known) {
+                let kept = without(choice);
+                if met(&kept, &mut left).is_ok() {
+                    return kept;
+                }
+            }
+        }
+        // What the search left unmet is the best that is known. Some of it may be met after all.
+        let mut kept = without(&unmet.iter().copied().collect::<Vec<_>>());
+        for need in needs.iter().rev().filter(|need| unmet.contains(need)) {
+            kept.insert(*need);
+            if met(&kept, &mut left).is_err() {
+                kept.remove(need);
             }
         }
         kept
     }
+}
+
+/// Returns all choices of so many needs; of more than [`MOST_CHOICES`], none.
+fn choices(needs: &[Undecided], size: usize) -> Vec<Vec<Undecided>> {
+    let mut all: Vec<(usize, Vec<Undecided>)> = vec![(0, Vec::new())];
+    for _ in 0..size {
+        let longer = all.iter().flat_map(|(from, choice)| {
+            needs.iter().enumerate().skip(*from).map(move |(i, need)| {
+                let choice = choice.iter().copied().chain([*need]).collect();
+                (i + 1, choice)
+            })
+        });
+        all = longer.take(MOST_CHOICES + 1).collect();
+        if all.len() > MOST_CHOICES {
+            return Vec::new();
+        }
+    }
+    all.into_iter().map(|(_, choice)| choice).collect()
 }

@@ -6,7 +6,7 @@ use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::task::domain::distance::p_distance;
 use crate::task::learn::attempts::{self, Attempt, MOVED_M};
 use crate::task::learn::tracks::Track;
-use crate::task::recording::{Demonstration, Recording};
+use crate::task::recording::{Demonstration, Recording, Snapshot, SnapshotEvent};
 
 /// Standard deviations of the recorded poses of objects that rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +66,8 @@ const NOISY_M: f64 = 5e-5;
 /// Smallest turn that counts as movement, in radians.
 const TURNED_RAD: f64 = 0.05;
 
+/// Greatest distance between a release and the rest after it, in metres.
+const FALLEN_M: f64 = 0.03;
 /// Number of snapshots for which an object may be missing at the end of a demonstration without being taken for lost.
 const MOMENT: usize = 2;
 
@@ -78,22 +80,19 @@ impl<'r> Motion<'r> {
     pub fn of(recording: &'r Recording, p: f64) -> Self {
         let noise = noise(recording);
         let least = (MOVED_M + FAR * noise.position_m, TURNED_RAD + FAR * noise.angle_rad);
-        let mut outliers = 0;
+        let (mut outliers, mut flickers) = (0, false);
         let tracks: Vec<Vec<Track>> = recording
             .demos
             .iter()
             .map(|demo| {
                 let mut tracks = follow(demo, least.0);
+                flickers |= tracks.iter().any(vanishes_for_a_moment);
                 outliers += tracks.iter_mut().map(|t| leave_out(t, demo, least)).sum::<usize>();
                 tracks
             })
             .collect();
         let mut tracks = tracks;
         outliers += hold_fixtures(recording, &mut tracks, least.0);
-        let flickers = tracks.iter().flatten().any(|track| {
-            let seen = track.at.iter().skip_while(|at| at.is_none());
-            seen.skip_while(|at| at.is_some()).any(Option::is_some)
-        });
         let mut motion = Self {
             recording,
             noise,
@@ -153,7 +152,11 @@ impl<'r> Motion<'r> {
         let at = |s: usize| self.index_at(demo, track, s);
         let seen = (first..=last).find_map(at);
         seen.or_else(|| {
-            let before = (0..first).rev().find(|s| at(*s).is_some()).filter(|_| self.flickers)?;
+            // Not before the object was moved last.
+            let moved = self.attempts.iter().filter(|a| a.demo == demo && a.track == Some(track));
+            let moved = moved.map(|a| a.after).filter(|after| *after <= last).max().unwrap_or(0);
+            let before = (moved..first).rev().find(|s| at(*s).is_some());
+            let before = before.filter(|_| self.flickers)?;
             let again = (last..self.at[demo][track].len()).any(|s| at(s).is_some());
             (again || last - before <= MOMENT).then(|| at(before)).flatten()
         })
@@ -232,8 +235,12 @@ impl<'r> Motion<'r> {
         let kept = self.without_outliers(d, &poses);
         self.outliers += poses.len() - kept.len();
         let mut came = came;
-        // What was put down lies there from then on, though it may be seen a little later.
-        let mut first = matches!(came, Came::Placed(_)).then_some(from);
+        let mut first = match (came, kept.first()) {
+            (Came::Placed(attempt), Some((seen, pose))) => {
+                self.lies_since(&self.attempts[attempt], t, (*seen, pose)).then_some(from)
+            }
+            _ => None,
+        };
         let mut group: Vec<(usize, Pose)> = Vec::new();
         for (s, pose) in kept {
             if group.last().is_some_and(|(_, last)| self.differs(last, &pose)) {
@@ -244,6 +251,21 @@ impl<'r> Motion<'r> {
             group.push((s, pose));
         }
         self.finish(d, t, &group, (came, first));
+    }
+
+    /// Returns whether an object lay where it was first seen after an attempt ever since the attempt's end. It did if it is near
+    /// the pose of its release, or if nothing else was handled meanwhile, which could have carried it.
+    fn lies_since(&self, attempt: &Attempt, track: usize, (seen, pose): (usize, &Pose)) -> bool {
+        let demo = self.demo(attempt.demo);
+        let released =
+            attempt.released.and_then(|s| self.tracks[attempt.demo][track].pose(demo, s));
+        match released {
+            Some(released) => released.distance(pose) < FALLEN_M + self.least.0,
+            None => {
+                let event = |s: &Snapshot| s.event == Some(SnapshotEvent::Contact);
+                demo.snapshots[attempt.after.min(seen)..seen].iter().all(|s| !event(s))
+            }
+        }
     }
 
     /// Leaves out a single pose at either end that disagrees with two others, in noisy recordings. A pose stays if a hand
@@ -287,6 +309,13 @@ impl<'r> Motion<'r> {
         let pose = median(&poses);
         self.rests.push(Rest { demo, track, first, last, pose, came });
     }
+}
+
+/// Returns whether an object is missing from a snapshot and seen again later.
+fn vanishes_for_a_moment(track: &Track) -> bool {
+    let first = track.at.iter().position(Option::is_some);
+    let last = track.at.iter().rposition(Option::is_some);
+    first.zip(last).is_some_and(|(first, last)| track.at[first..last].contains(&None))
 }
 
 /// Leaves out poses that disagree with those before and after, while these agree. Returns their number.
