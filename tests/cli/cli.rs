@@ -274,7 +274,7 @@ fn a_folder_that_no_run_wrote_is_kept_unless_forced() {
     refused("out/run.json was not written by `symbolt run`");
     // More of everything, so that each part of the text is printed.
     let many = ["--demos", "1", "--episodes", "2", "--nuts", "2", "--bolts", "2"];
-    let more = ["--drop-rate", "1", "--force", "--quiet", "--method", "paper"];
+    let more = ["--drop-rate", "0.5", "--force", "--quiet", "--method", "paper"];
     let ran = run(path, &[&many[..], &more].concat());
     assert!(ran.out.contains("2 episodes towards"), "{} {}", ran.out, ran.err);
     assert!(ran.out.contains("re-planned after"), "{}", ran.out);

@@ -5,9 +5,6 @@ use crate::robot::SkillOutcome;
 use crate::robot::arm::kinematics;
 use crate::robot::scene::physics::Scene;
 
-/// Share of the force that the fingers can hold above which a weight is said to be near it. A part that is moved, and not
-/// only held, needs more.
-const NEAR: f64 = 0.5;
 /// Multiple of a part's weight above which a grip is said to be able to squeeze the part out of the hand.
 const SQUEEZED: f64 = 500.0;
 
@@ -30,25 +27,15 @@ impl Scene {
         let friction = gripper.friction.max(kind.friction);
         let holds_n = 2.0 * gripper.force_n * friction;
         let grip = || {
-            let force = format!("{} N at a friction of {friction}", gripper.force_n);
-            if weight_n > holds_n {
-                format!("it weighs {weight_n:.2} N, and two fingers of {force} hold {holds_n:.2} N")
-            } else if weight_n > NEAR * holds_n {
-                format!(
-                    "it weighs {weight_n:.2} N, near the {holds_n:.2} N that two fingers of {force} hold"
-                )
-            } else if gripper.force_n > SQUEEZED * weight_n {
-                format!(
-                    "two fingers of {} N squeeze {:.0} times its weight of {weight_n:.2} N, and can press it out \
-                     of the hand",
-                    gripper.force_n,
-                    2.0 * gripper.force_n / weight_n
-                )
-            } else {
-                format!(
-                    "it weighs {weight_n:.2} N, and two fingers of {force} hold {holds_n:.2} N at rest"
-                )
-            }
+            let force_n = gripper.force_n;
+            let squeezed = match force_n > SQUEEZED * weight_n {
+                true => ", and so much force can press it out of the hand",
+                false => "",
+            };
+            format!(
+                "it weighs {weight_n:.2} N, and two fingers of {force_n} N at a friction of {friction} hold \
+                 {holds_n:.2} N at rest{squeezed}"
+            )
         };
         match outcome {
             SkillOutcome::Placed => "it was released at its target".into(),

@@ -121,18 +121,14 @@ impl Problem<'_> {
 
 /// Returns all choices of so many needs; of more than [`MOST_CHOICES`], none.
 fn choices(needs: &[Undecided], size: usize) -> Vec<Vec<Undecided>> {
-    let mut all: Vec<(usize, Vec<Undecided>)> = vec![(0, Vec::new())];
+    let mut all = vec![Vec::new()];
     for _ in 0..size {
-        let longer = all.iter().flat_map(|(from, choice)| {
-            needs.iter().enumerate().skip(*from).map(move |(i, need)| {
-                let choice = choice.iter().copied().chain([*need]).collect();
-                (i + 1, choice)
-            })
+        let longer = all.iter().flat_map(|choice: &Vec<Undecided>| {
+            let from = choice.last().and_then(|last| needs.iter().position(|n| n == last));
+            let rest = &needs[from.map_or(0, |from| from + 1)..];
+            rest.iter().map(move |need| choice.iter().chain([need]).copied().collect())
         });
         all = longer.take(MOST_CHOICES + 1).collect();
-        if all.len() > MOST_CHOICES {
-            return Vec::new();
-        }
     }
-    all.into_iter().map(|(_, choice)| choice).collect()
+    if all.len() > MOST_CHOICES { Vec::new() } else { all }
 }
