@@ -168,8 +168,7 @@ fn what_is_carried_away_unseen_was_not_where_it_is_seen_next() {
     for demo in 0..recording.demos.len() {
         let snapshots = recording.demos[demo].snapshots.iter();
         let touched = |s: &Snapshot| s.object.map(|o| s.objects[o].id.clone());
-        let last =
-            snapshots.clone().filter(|s| s.event == Some(SnapshotEvent::Contact)).next_back();
+        let last = snapshots.clone().rfind(|s| s.event == Some(SnapshotEvent::Contact));
         let contact = last.expect("a contact");
         assert_eq!(touched(contact).as_deref(), Some("drawer_0"));
         let at = snapshots.clone().position(|s| s.number == contact.number).expect("it is there");
