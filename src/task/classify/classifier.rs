@@ -478,7 +478,9 @@ fn gaps(states: &[FrameState]) -> Vec<Vec<[f64; 3]>> {
             let others = same
                 .flat_map(|s| &s.places)
                 .filter(|other| (0..3).all(|j| j == i || near(place, other, j)));
-            let gaps = others.filter_map(|other| apart(place, other, i)).filter(|gap| *gap > 0.0);
+            // Nearer ones differ in something else, such as their orientation.
+            let gaps = others.filter_map(|other| apart(place, other, i));
+            let gaps = gaps.filter(|gap| *gap > GAP * FLOOR.0);
             gaps.fold(f64::INFINITY, f64::min)
         })
     };
