@@ -17,6 +17,13 @@ const FRESH: Real = -0.3 * LEVEL;
 /// Weight of an operator with a precondition that serves another unmet goal. With a whole level, operators that serve are
 /// worth as much as better ones, and plans grow longer in spikes.
 const SHARES: Real = 0.6 * LEVEL;
+/// Weight of an operator that is favoured by chance, after a search that found no plan.
+const STIRS: Real = 1.5 * LEVEL;
+/// Weight with which such a search lets chance through. Without it, noise of six standard deviations would be needed.
+const STIRRED: Real = 3.0;
+/// Standard deviation of the noise behind it, and the time constant of its changes in milliseconds: about that of a step.
+const STIR_NOISE: Real = 0.5;
+const STIR_MS: u64 = 100;
 /// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
 pub(super) const BAR: Real = -16.0;
 /// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later
@@ -58,7 +65,7 @@ impl Choice {
     pub fn new(
         w: &mut Wiring<'_, '_>,
         rules: &Regression,
-        Control { phases, signals, elapsed }: &Control,
+        Control { phases, signals, restless, elapsed }: &Control,
         (goals, open): (&Group, &Group),
         costs: &Group,
     ) -> Self {
@@ -107,6 +114,9 @@ impl Choice {
         w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
         w.link(&shares, &utilities, each(operators, SHARES));
 
+        let stir = stir(w, operators, restless);
+        w.link(&stir, &utilities, each(operators, STIRS));
+
         let winner = race(w, operators, (phases, signals), &utilities);
         Self { gains, eligible, utilities, winner }
     }
@@ -132,6 +142,16 @@ fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group
         w.link(wanted, &helps, rules.links(|o| &o.adds, 1.0));
     }
     helps
+}
+
+/// Adds units of which half, others from race to race, are active after a search that found no plan. So the next search takes
+/// another way.
+fn stir(w: &mut Wiring<'_, '_>, operators: usize, restless: &Group) -> Group {
+    let stir = w.biased("stir", operators, 0.5 - STIRRED);
+    let chance = w.noisy("chance", operators, STIR_NOISE, STIR_MS);
+    w.link(restless, &chance, spread(0, operators, STIRRED));
+    w.link_by(&chance, &stir, each(operators, 1.0), Synapse::lowpass_ms(STIR_MS));
+    stir
 }
 
 /// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.

@@ -173,6 +173,8 @@ const LONG: Real = 0.55;
 pub(super) struct Control {
     pub phases: Group,
     pub signals: Group,
+    /// One unit: the last search found no plan.
+    pub restless: Group,
     /// Phases that have lasted for their time.
     pub elapsed: Group,
 }
@@ -245,6 +247,14 @@ impl Control {
         }
         wiring.link(&enter, &phases, weights);
 
+        // A search that fills the slots, or leaves no slot to go on with, must not begin again as it was.
+        let restless = wiring.latches("restless", 1);
+        let failed = TRANSITIONS.iter().enumerate().filter(|(_, (when, to, ..))| {
+            *to == Start && matches!(when, When::After(Check | Back))
+        });
+        wiring.link(&enter, &restless, failed.map(|(i, _)| (i, 0, 2.0)).collect::<Vec<_>>());
+        wiring.link(&phases, &restless, [Begin, Stuck].map(|p| (place(p), 0, -4.0)));
+
         // Without a request, no phase is active.
         let unasked = wiring.tonic("unasked", 1);
         wiring.link(ready, &unasked, [(0, 0, -1.3)]);
@@ -272,6 +282,6 @@ impl Control {
         bias[Closed as usize] = 1.0;
         bias[Double as usize] = -1.3;
         wiring.bias(&signals, &bias);
-        Self { phases, signals, elapsed }
+        Self { phases, signals, restless, elapsed }
     }
 }

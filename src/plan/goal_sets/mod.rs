@@ -13,7 +13,7 @@
 //! | `wiring` | groups of units, and links between them |
 //! | `control` | phases and signals, and the table of transitions |
 //! | `costs` | the wave from what holds; how far each fluent is |
-//! | `choice` | relevance, veto, utilities, and the race |
+//! | `choice` | relevance, veto, utilities, chance after a search that failed, and the race |
 //! | `memory` | slots for goal sets; which operators lead to visited ones |
 //! | `retreat` | the slot to go on with after a dead end |
 //! | `graph` | all parts as one module |

@@ -1,7 +1,9 @@
 //! Groups of logical units, and the weighted links between them.
 
 use crate::neurons::{Layers, Map, Select, SelectRule};
-use crate::sim::{Add, Constant, In, Module, Out, Real, Scope, SimDuration, Synapse, Vector};
+use crate::sim::{
+    Add, Constant, In, Module, Noise, Out, Real, Scope, SimDuration, Synapse, Vector,
+};
 use crate::spa::Linear;
 
 /// Input at which a logical unit begins to respond. Its response is half of the full one about 0.15 above.
@@ -125,6 +127,13 @@ impl Wiring<'_, '_> {
     /// Adds a plain sum, for inputs from outside and for slow copies.
     pub fn sum(&mut self, name: &str, count: usize) -> Group {
         let node = self.scope.add(name, Add::vector(count));
+        Group { name: name.into(), count, input: node.input, out: node.output }
+    }
+
+    /// Adds a sum with noise, of which `sd` is left behind a low-pass of time constant `tau_ms`.
+    pub fn noisy(&mut self, name: &str, count: usize, sd: Real, tau_ms: u64) -> Group {
+        let white = sd * (2.0 * tau_ms as Real).sqrt();
+        let node = self.scope.add(name, Noise::vector(count, white).white());
         Group { name: name.into(), count, input: node.input, out: node.output }
     }
 

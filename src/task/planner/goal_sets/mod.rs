@@ -91,7 +91,7 @@ impl GoalSetPlanner {
         let (problem, sensed) = grounded(domain, rules);
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let [least, most] = SLOTS;
-        let slots = (operators + 2).clamp(least, most);
+        let slots = (2 * operators + 2).clamp(least, most);
         check_units(fluents, operators, slots)?;
         // A state and its absence exclude each other as well.
         let absences = sensed.iter().enumerate().filter(|(_, (_, holds))| !holds);
