@@ -21,6 +21,12 @@ impl Track {
         Some(&demo.snapshots.get(snapshot)?.objects.get(object)?.pose)
     }
 
+    /// First and last snapshot in which the object is seen.
+    pub fn span(&self) -> Option<(usize, usize)> {
+        let first = self.at.iter().position(Option::is_some)?;
+        Some((first, self.at.iter().rposition(Option::is_some)?))
+    }
+
     /// Distance that the object moved between two snapshots, in metres; `None` unless it is in both.
     pub fn moved(&self, demo: &Demonstration, from: usize, to: usize) -> Option<f64> {
         Some(self.pose(demo, from)?.distance(self.pose(demo, to)?))
