@@ -27,14 +27,14 @@ impl Limit {
     pub const SCENE: Self = Self::new("a scene", 8);
     /// A domain of any version: 4 MiB.
     pub const DOMAIN: Self = Self::new("a domain", 4);
-    /// A recording: 512 MiB, a million snapshots of four objects.
-    pub const RECORDING: Self = Self::new("a recording", 512);
+    /// A recording: 256 MiB, a million snapshots of one object.
+    pub const RECORDING: Self = Self::new("a recording", 256);
     /// A PDDL file, or a file of trajectories: 64 MiB.
     pub const PDDL: Self = Self::new("a PDDL file or trajectory", 64);
     /// A model of solved populations: 160 MiB.
     pub const MODEL: Self = Self::new("a model of solved populations", 160);
-    /// Any of the files that `symbolt check` recognises: 512 MiB.
-    pub const ANY: Self = Self::new("a file that can be checked", 512);
+    /// Any of the files that `symbolt check` recognises: 256 MiB.
+    pub const ANY: Self = Self::new("a file that can be checked", 256);
     /// The settings and results of a run, or the table of an experiment: 2 MiB.
     pub const FACTS: Self = Self::new("a table of results", 2);
     /// The trace of a run: 32 MiB.

@@ -1,4 +1,4 @@
-//! How demonstrations are cut into attempts, as the learner reports it.
+//! How objects are followed and demonstrations cut into attempts, as the learner reports it.
 
 #![allow(clippy::expect_used)]
 
@@ -93,4 +93,33 @@ fn events_without_objects_still_cut_attempts() {
     ]);
     let ends: Vec<_> = attempts.iter().map(|(before, after, ..)| (*before, *after)).collect();
     assert_eq!(ends, [(0, 2), (2, 4)]);
+}
+
+/// A snapshot of nuts with these ids on a line.
+fn nuts(objects: &[(&str, f64)]) -> Snapshot {
+    let object = |(id, x): &(&str, f64)| ObjectPose {
+        id: (*id).into(),
+        kind: "nut".into(),
+        pose: Pose::at([*x, 0.0, 0.0]),
+    };
+    Snapshot { objects: objects.iter().map(object).collect(), ..Snapshot::default() }
+}
+
+#[test]
+fn ids_are_identities_while_their_number_stays() {
+    // If objects were followed by position, none would have moved.
+    let attempts = cut(vec![nuts(&[("a", 0.0), ("b", 1.0)]), nuts(&[("b", 0.0), ("a", 1.0)])]);
+    assert_eq!(attempts, [(0, 1, Some("a".into()), true)]);
+}
+
+#[test]
+fn a_lost_part_ends_its_track_and_shifted_ids_do_not_confuse_the_others() {
+    let attempts = cut(vec![
+        nuts(&[("nut_0", 0.0), ("nut_1", 1.0), ("nut_2", 2.0)]),
+        nuts(&[("nut_0", 1.0), ("nut_1", 2.0005)]),
+        nuts(&[("nut_0", 1.0), ("nut_1", 5.0)]),
+    ]);
+    // The first is lost, and the last, now called `nut_1`, is moved.
+    let object = |id: &str| Some(id.to_owned());
+    assert_eq!(attempts, [(0, 1, object("nut_0"), true), (1, 2, object("nut_1"), true)]);
 }
