@@ -1,6 +1,6 @@
 //! `symbolt classify`: the state of every object in a recording or scene.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
 
 use anyhow::Error;
@@ -58,17 +58,8 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     let domain = RelationalDomain::read(&args.domain)?;
     let classifier = args.grounding.classifier(&domain)?;
     let scenes = Scenes::read(&args.recording)?;
-    let text = if args.common.json {
-        let mut lines = String::new();
-        scenes.classify((&domain, &classifier), |row| {
-            let separator = if lines.is_empty() { "" } else { "\n" };
-            let _ = write!(lines, "{separator}{}", json(row));
-        });
-        lines
-    } else {
-        table((&domain, &classifier), scenes).to_string()
-    };
-    out.write(&text)
+    let found = Found { scenes: &scenes, domain: &domain, classifier: &classifier };
+    if args.common.json { out.write(found) } else { out.write(found.table()) }
 }
 
 fn json(row: &Row<'_>) -> Value {
@@ -84,37 +75,6 @@ fn json(row: &Row<'_>) -> Value {
         keys["off_deg"] = json!(miss.off_deg);
     }
     keys
-}
-
-fn table(with: (&RelationalDomain, &Classifier), scenes: Scenes) -> Grid {
-    let heads =
-        [">demo", ">snapshot", "id", "kind", "state", "reference", ">distance", "nearest state"];
-    let mut grid = Grid::new(&heads);
-    let (mut references, mut missed) = (false, false);
-    scenes.classify(with, |row| {
-        references |= row.reference.is_some();
-        missed |= row.miss.is_some();
-        let number = |n: Option<u64>| n.map_or_else(|| "-".into(), |n| n.to_string());
-        let (demo, snapshot) = row.place.unzip();
-        let mark = if row.located.ambiguous { " (or another)" } else { "" };
-        grid.row([
-            number(demo),
-            number(snapshot),
-            row.object.id.to_string(),
-            row.object.kind.to_string(),
-            row.state.unwrap_or("none").into(),
-            row.reference.map_or_else(|| "-".into(), |r| format!("{r}{mark}")),
-            row.located.distance.map_or_else(|| "-".into(), |d| format!("{d:.3}")),
-            row.miss.as_ref().map_or_else(|| "-".into(), |m| format!("{}: {}", m.nearest, m.off)),
-        ]);
-    });
-    // Columns that are the same for all rows would only take room.
-    for (head, shown) in [("reference", references), ("nearest state", missed)] {
-        if !shown {
-            grid.leave_out(head);
-        }
-    }
-    grid
 }
 
 impl Scenes {
@@ -134,36 +94,93 @@ impl Scenes {
             },
         }
     }
+}
 
-    /// Classifies with hysteresis along each demonstration, and gives every object to `each`. What is done is not kept.
-    fn classify(
-        self,
-        (domain, classifier): (&RelationalDomain, &Classifier),
-        mut each: impl FnMut(&Row<'_>),
-    ) {
-        for demo in self.recording.demos {
+/// What is found in scenes. It displays as lines of JSON.
+struct Found<'a> {
+    scenes: &'a Scenes,
+    domain: &'a RelationalDomain,
+    classifier: &'a Classifier,
+}
+
+impl Found<'_> {
+    /// Classifies with hysteresis along each demonstration, and gives every object to `each`. Nothing is kept: a long
+    /// recording has many rows.
+    fn rows(&self, mut each: impl FnMut(&Row<'_>) -> fmt::Result) -> fmt::Result {
+        for demo in &self.scenes.recording.demos {
             let mut before: Option<Layout> = None;
-            for scene in demo.snapshots {
+            for scene in &demo.snapshots {
                 let layout = match &before {
-                    Some(layout) => classifier.classify_after(layout, &scene),
-                    None => classifier.classify(&scene),
+                    Some(layout) => self.classifier.classify_after(layout, scene),
+                    None => self.classifier.classify(scene),
                 };
                 for (object, located) in layout.objects.iter().zip(&layout.located) {
                     let reference = located.fact.and_then(|fact| fact.reference);
+                    let name = |state: usize| &*self.domain.states[state].name;
                     each(&Row {
-                        place: (!self.single).then_some((demo.number, scene.number)),
+                        place: (!self.scenes.single).then_some((demo.number, scene.number)),
                         object,
                         located,
-                        state: located.fact.map(|fact| &*domain.states[fact.state].name),
+                        state: located.fact.map(|fact| name(fact.state)),
                         miss: located.miss.map(|miss| {
-                            let nearest = &domain.states[miss.nearest.state].name;
-                            InNoState::new(&object.id, nearest, &miss.offset)
+                            InNoState::new(&object.id, name(miss.nearest.state), &miss.offset)
                         }),
                         reference: reference.map(|r| &*layout.objects[r].id),
-                    });
+                    })?;
                 }
                 before = Some(layout);
             }
         }
+        Ok(())
+    }
+
+    fn table(&self) -> Grid {
+        let mut grid = Grid::new(&[
+            ">demo",
+            ">snapshot",
+            "id",
+            "kind",
+            "state",
+            "reference",
+            ">distance",
+            "nearest state",
+        ]);
+        let (mut references, mut missed) = (false, false);
+        let text = |shown: Option<String>| shown.unwrap_or_else(|| "-".into());
+        let _ = self.rows(|row| {
+            references |= row.reference.is_some();
+            missed |= row.miss.is_some();
+            let (demo, snapshot) = row.place.unzip();
+            let mark = if row.located.ambiguous { " (or another)" } else { "" };
+            grid.row([
+                text(demo.map(|n| n.to_string())),
+                text(snapshot.map(|n| n.to_string())),
+                row.object.id.to_string(),
+                row.object.kind.to_string(),
+                row.state.unwrap_or("none").into(),
+                text(row.reference.map(|r| format!("{r}{mark}"))),
+                text(row.located.distance.map(|d| format!("{d:.3}"))),
+                text(row.miss.as_ref().map(|miss| format!("{}: {}", miss.nearest, miss.off))),
+            ]);
+            Ok(())
+        });
+        // Columns that are the same for all rows would only take room.
+        for (head, shown) in [("reference", references), ("nearest state", missed)] {
+            if !shown {
+                grid.leave_out(head);
+            }
+        }
+        grid
+    }
+}
+
+impl Display for Found<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        self.rows(|row| {
+            write!(f, "{separator}{}", json(row))?;
+            separator = "\n";
+            Ok(())
+        })
     }
 }
