@@ -1,15 +1,16 @@
 //! `symbolt classify`: the state of every object in a recording or scene.
 
+use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
 
 use anyhow::Error;
 use clap::Args;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
-use symbolt::task::classify::{Classifier, Layout};
+use symbolt::task::classify::{Classifier, Layout, Located};
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::InNoState;
-use symbolt::task::{Recording, Snapshot, TaskError};
+use symbolt::task::{Demonstration, ObjectPose, Recording, Snapshot, TaskError};
 
 use super::end::Outcome;
 use super::options::{Common, GroundingArgs, OutFile};
@@ -31,19 +32,23 @@ pub(crate) struct ClassifyArgs {
 }
 
 /// The state of an object in a snapshot.
-struct Row {
+struct Row<'a> {
+    /// Numbers of the demonstration and the snapshot; `None` for a single scene.
     place: Option<(u64, u64)>,
-    id: String,
-    kind: String,
-    state: Option<String>,
-    distance: Option<f64>,
+    object: &'a ObjectPose,
+    located: &'a Located,
+    state: Option<&'a str>,
     /// The nearest state of a part in no state.
     miss: Option<InNoState>,
     /// Id of the reference; `None` in the world frame and for an object in no state.
-    reference: Option<String>,
-    /// Number of the state's place, counted from 0.
-    at: Option<usize>,
-    ambiguous: bool,
+    reference: Option<&'a str>,
+}
+
+/// The snapshots to classify.
+struct Scenes {
+    recording: Recording,
+    /// Whether it is a single scene, which has no numbers.
+    single: bool,
 }
 
 pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
@@ -52,54 +57,17 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     not_both_standard_input(("domain", &args.domain), ("recording", &args.recording))?;
     let domain = RelationalDomain::read(&args.domain)?;
     let classifier = args.grounding.classifier(&domain)?;
-    let rows = rows(&domain, &classifier, &read_scenes(&args.recording)?);
-    let text = if args.common.json {
-        let lines: Vec<String> = rows.iter().map(|row| json(row).to_string()).collect();
-        lines.join("\n")
-    } else {
-        table(&rows).to_string()
-    };
-    out.write(&text)
+    let scenes = Scenes::read(&args.recording)?;
+    let found = Found { scenes: &scenes, domain: &domain, classifier: &classifier };
+    if args.common.json { out.write(found) } else { out.write(found.table()) }
 }
 
-/// Classifies with hysteresis along each demonstration.
-fn rows(domain: &RelationalDomain, classifier: &Classifier, scenes: &[Scene]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    let mut before: Option<(Option<u64>, Layout)> = None;
-    for (place, scene) in scenes {
-        let demo = place.map(|(demo, _)| demo);
-        let layout = match &before {
-            Some((of, layout)) if *of == demo => classifier.classify_after(layout, scene),
-            _ => classifier.classify(scene),
-        };
-        for (object, located) in layout.objects.iter().zip(&layout.located) {
-            let reference = located.fact.and_then(|fact| fact.reference);
-            rows.push(Row {
-                place: *place,
-                id: object.id.to_string(),
-                kind: object.kind.to_string(),
-                state: located.fact.map(|fact| domain.states[fact.state].name.clone()),
-                distance: located.distance,
-                miss: located.miss.map(|miss| {
-                    let nearest = &domain.states[miss.nearest.state].name;
-                    InNoState::new(&object.id, nearest, &miss.offset)
-                }),
-                reference: reference.map(|r| layout.objects[r].id.to_string()),
-                at: located.fact.map(|fact| fact.place),
-                ambiguous: located.ambiguous,
-            });
-        }
-        before = Some((demo, layout));
-    }
-    rows
-}
-
-fn json(row: &Row) -> Value {
+fn json(row: &Row<'_>) -> Value {
     let (demo, snapshot) = row.place.unzip();
     let mut keys = json!({
-        "demo": demo, "snapshot": snapshot, "id": row.id, "kind": row.kind, "state": row.state,
-        "distance": row.distance, "reference": row.reference, "place": row.at,
-        "ambiguous": row.ambiguous,
+        "demo": demo, "snapshot": snapshot, "id": row.object.id, "kind": row.object.kind,
+        "state": row.state, "distance": row.located.distance, "reference": row.reference,
+        "place": row.located.fact.map(|fact| fact.place), "ambiguous": row.located.ambiguous,
     });
     if let Some(miss) = &row.miss {
         keys["nearest"] = json!(miss.nearest);
@@ -109,55 +77,110 @@ fn json(row: &Row) -> Value {
     keys
 }
 
-fn table(rows: &[Row]) -> Grid {
-    // Columns that are the same for all rows would only take room.
-    let references = rows.iter().any(|row| row.reference.is_some());
-    let missed = rows.iter().any(|row| row.miss.is_some());
-    let mut columns = vec![">demo", ">snapshot", "id", "kind", "state"];
-    columns.extend(references.then_some("reference"));
-    columns.push(">distance");
-    columns.extend(missed.then_some("nearest state"));
-    let mut grid = Grid::new(&columns);
-    for row in rows {
-        let number = |n: Option<u64>| n.map_or_else(|| "-".into(), |n| n.to_string());
-        let (demo, snapshot) = row.place.unzip();
-        let state = row.state.clone().unwrap_or_else(|| "none".into());
-        let mut cells =
-            vec![number(demo), number(snapshot), row.id.clone(), row.kind.clone(), state];
-        if references {
-            let mark = if row.ambiguous { " (or another)" } else { "" };
-            let reference = row.reference.as_ref();
-            cells.push(reference.map_or_else(|| "-".into(), |r| format!("{r}{mark}")));
+impl Scenes {
+    /// Reads all snapshots of a recording, or the only one of a scene.
+    fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = read_file(path, Limit::RECORDING)?;
+        let name = path.display().to_string();
+        match Recording::parse(&bytes, &name) {
+            Ok((recording, _)) => Ok(Self { recording, single: false }),
+            // A file that is neither a recording nor a scene is reported as a faulty recording.
+            Err(fault) => match Snapshot::parse(&bytes, &name) {
+                Ok(scene) => {
+                    let demos = vec![Demonstration { number: 0, snapshots: vec![scene] }];
+                    Ok(Self { recording: Recording { demos }, single: true })
+                }
+                Err(_) => Err(TaskError::Input(fault).into()),
+            },
         }
-        cells.push(row.distance.map_or_else(|| "-".into(), |d| format!("{d:.3}")));
-        if missed {
-            let near = row.miss.as_ref().map(|miss| format!("{}: {}", miss.nearest, miss.off));
-            cells.push(near.unwrap_or_else(|| "-".into()));
-        }
-        grid.row(cells);
     }
-    grid
 }
 
-/// A snapshot with its demonstration and snapshot numbers, if it comes from a recording.
-type Scene = (Option<(u64, u64)>, Snapshot);
+/// What is found in scenes. It displays as lines of JSON.
+struct Found<'a> {
+    scenes: &'a Scenes,
+    domain: &'a RelationalDomain,
+    classifier: &'a Classifier,
+}
 
-/// Reads all snapshots of a recording, or the only one of a scene.
-fn read_scenes(path: &Path) -> Result<Vec<Scene>, Error> {
-    let bytes = read_file(path, Limit::RECORDING)?;
-    let name = path.display().to_string();
-    match Recording::parse(&bytes, &name) {
-        Ok((recording, _)) => {
-            let scenes = recording.demos.into_iter().flat_map(|demo| {
-                let number = demo.number;
-                demo.snapshots.into_iter().map(move |s| (Some((number, s.number)), s))
-            });
-            Ok(scenes.collect())
+impl Found<'_> {
+    /// Classifies with hysteresis along each demonstration, and gives every object to `each`. Nothing is kept: a long
+    /// recording has many rows.
+    fn rows(&self, mut each: impl FnMut(&Row<'_>) -> fmt::Result) -> fmt::Result {
+        for demo in &self.scenes.recording.demos {
+            let mut before: Option<Layout> = None;
+            for scene in &demo.snapshots {
+                let layout = match &before {
+                    Some(layout) => self.classifier.classify_after(layout, scene),
+                    None => self.classifier.classify(scene),
+                };
+                for (object, located) in layout.objects.iter().zip(&layout.located) {
+                    let reference = located.fact.and_then(|fact| fact.reference);
+                    let name = |state: usize| &*self.domain.states[state].name;
+                    each(&Row {
+                        place: (!self.scenes.single).then_some((demo.number, scene.number)),
+                        object,
+                        located,
+                        state: located.fact.map(|fact| name(fact.state)),
+                        miss: located.miss.map(|miss| {
+                            InNoState::new(&object.id, name(miss.nearest.state), &miss.offset)
+                        }),
+                        reference: reference.map(|r| &*layout.objects[r].id),
+                    })?;
+                }
+                before = Some(layout);
+            }
         }
-        // A file that is neither a recording nor a scene is reported as a faulty recording.
-        Err(fault) => match Snapshot::parse(&bytes, &name) {
-            Ok(scene) => Ok(vec![(None, scene)]),
-            Err(_) => Err(TaskError::Input(fault).into()),
-        },
+        Ok(())
+    }
+
+    fn table(&self) -> Grid {
+        let mut grid = Grid::new(&[
+            ">demo",
+            ">snapshot",
+            "id",
+            "kind",
+            "state",
+            "reference",
+            ">distance",
+            "nearest state",
+        ]);
+        let (mut references, mut missed) = (false, false);
+        let text = |shown: Option<String>| shown.unwrap_or_else(|| "-".into());
+        let _ = self.rows(|row| {
+            references |= row.reference.is_some();
+            missed |= row.miss.is_some();
+            let (demo, snapshot) = row.place.unzip();
+            let mark = if row.located.ambiguous { " (or another)" } else { "" };
+            grid.row([
+                text(demo.map(|n| n.to_string())),
+                text(snapshot.map(|n| n.to_string())),
+                row.object.id.to_string(),
+                row.object.kind.to_string(),
+                row.state.unwrap_or("none").into(),
+                text(row.reference.map(|r| format!("{r}{mark}"))),
+                text(row.located.distance.map(|d| format!("{d:.3}"))),
+                text(row.miss.as_ref().map(|miss| format!("{}: {}", miss.nearest, miss.off))),
+            ]);
+            Ok(())
+        });
+        // Columns that are the same for all rows would only take room.
+        for (head, shown) in [("reference", references), ("nearest state", missed)] {
+            if !shown {
+                grid.leave_out(head);
+            }
+        }
+        grid
+    }
+}
+
+impl Display for Found<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        self.rows(|row| {
+            write!(f, "{separator}{}", json(row))?;
+            separator = "\n";
+            Ok(())
+        })
     }
 }

@@ -1,6 +1,7 @@
 //! Results to standard output, progress to standard error, and the checks that all commands share.
 
-use std::io::Write;
+use std::fmt::Display;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 use std::time::Duration;
@@ -15,20 +16,40 @@ use super::options::{Common, OutFile};
 use super::rank::{leads, own};
 use super::table::counted;
 
-/// Writes a result to standard output in one call. Of several processes that share a command only the first writes.
-pub(crate) fn emit(text: &str) -> Result<(), Error> {
+/// Writes a result to standard output, and ends its last line. Of several processes that share a command only the first
+/// writes.
+pub(crate) fn emit(result: impl Display) -> Result<(), Error> {
     if !leads() {
         return Ok(());
     }
     let write = || {
-        let mut out = std::io::stdout().lock();
-        out.write_all(text.as_bytes())?;
-        if !text.ends_with('\n') {
+        let out = BufWriter::with_capacity(1 << 16, std::io::stdout().lock());
+        let mut out = Lines { out, last: None };
+        write!(out, "{result}")?;
+        if out.last != Some(b'\n') {
             out.write_all(b"\n")?;
         }
         out.flush()
     };
     write().context("cannot write to standard output")
+}
+
+/// A writer that remembers its last byte.
+struct Lines<W> {
+    out: W,
+    last: Option<u8>,
+}
+
+impl<W: Write> Write for Lines<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.last = bytes[..written].last().copied().or(self.last);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
 }
 
 /// Writes a JSON object with `--json`, otherwise a text.
@@ -86,10 +107,10 @@ impl Place {
     }
 
     /// Writes a result to the file, or to standard output if there is none.
-    pub fn write(&self, text: &str) -> Result<Outcome, Error> {
+    pub fn write(&self, result: impl Display) -> Result<Outcome, Error> {
         match self {
-            Self::File(path, overwrite) => write_atomic(path, text, *overwrite)?,
-            Self::Default | Self::Stdout => emit(text)?,
+            Self::File(path, overwrite) => write_atomic(path, result.to_string(), *overwrite)?,
+            Self::Default | Self::Stdout => emit(result)?,
         }
         Ok(Outcome::Done)
     }

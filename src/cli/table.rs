@@ -40,53 +40,86 @@ pub(crate) fn section(text: &mut String, title: &str, grid: &Grid) {
 
 /// A Markdown table; columns of numbers are aligned to the right.
 pub(crate) struct Grid {
-    heads: Vec<String>,
-    right: Vec<bool>,
-    rows: Vec<Vec<String>>,
+    columns: Vec<Column>,
+}
+
+/// A column. Its cells are one text, because a table can have hundreds of thousands of rows.
+#[derive(Clone)]
+struct Column {
+    head: String,
+    right: bool,
+    text: String,
+    /// The end of each cell in `text`.
+    ends: Vec<usize>,
+}
+
+impl Column {
+    fn new(head: &str) -> Self {
+        let right = head.starts_with('>');
+        let head = head.trim_start_matches('>').to_owned();
+        Self { head, right, text: String::new(), ends: Vec::new() }
+    }
+
+    fn push(&mut self, cell: &str) {
+        self.text.push_str(cell);
+        self.ends.push(self.text.len());
+    }
+
+    fn cell(&self, row: usize) -> &str {
+        let from = row.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.text[from..self.ends[row]]
+    }
+
+    fn cells(&self) -> impl Iterator<Item = &str> {
+        (0..self.ends.len()).map(|row| self.cell(row))
+    }
+
+    /// Returns the greatest length of the heading and the cells.
+    fn widest(&self, head: fn(&str) -> usize, cell: fn(&str) -> usize) -> usize {
+        self.cells().map(cell).fold(head(&self.head), usize::max)
+    }
 }
 
 impl Grid {
     /// Makes an empty table. A heading that begins with `>` aligns its column to the right.
     pub fn new(columns: &[&str]) -> Self {
-        Self {
-            heads: columns.iter().map(|c| c.trim_start_matches('>').to_owned()).collect(),
-            right: columns.iter().map(|c| c.starts_with('>')).collect(),
-            rows: Vec::new(),
-        }
+        Self { columns: columns.iter().map(|head| Column::new(head)).collect() }
     }
 
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        let mut row: Vec<String> = cells.into_iter().collect();
-        row.resize(self.heads.len(), String::new());
-        self.rows.push(row);
+        let mut cells = cells.into_iter();
+        for column in &mut self.columns {
+            column.push(&cells.next().unwrap_or_default());
+        }
+    }
+
+    /// Leaves out the column with this heading.
+    pub fn leave_out(&mut self, head: &str) {
+        self.columns.retain(|column| column.head != head);
+    }
+
+    fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.ends.len())
     }
 
     pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.rows() == 0
     }
 
     /// Returns whether no cell has to be broken.
     pub fn fits(&self) -> bool {
-        let columns = 0..self.heads.len();
-        columns.map(|c| self.widest(c, length, length)).sum::<usize>() + frame(self.heads.len())
-            <= WIDTH
-    }
-
-    /// Returns the greatest length of a column's heading and cells.
-    fn widest(&self, column: usize, head: fn(&str) -> usize, cell: fn(&str) -> usize) -> usize {
-        let cells = self.rows.iter().map(|row| cell(&row[column]));
-        cells.fold(head(&self.heads[column]), usize::max)
+        let widths = self.columns.iter().map(|c| c.widest(length, length));
+        widths.sum::<usize>() + frame(self.columns.len()) <= WIDTH
     }
 
     /// Returns the columns' widths, or `None` if the longest words alone are too wide for one line.
     fn widths(&self) -> Option<Vec<usize>> {
-        let columns = 0..self.heads.len();
         // A column of numbers is broken only if nothing else helps.
         let whole: fn(&str) -> usize = length;
-        let numbers = |c: usize| if self.right[c] { whole } else { longest_word };
-        let least = columns.clone().map(|c| self.widest(c, longest_word, numbers(c))).collect();
+        let numbers = |c: &Column| if c.right { whole } else { longest_word };
+        let least = self.columns.iter().map(|c| c.widest(longest_word, numbers(c))).collect();
         self.spread(least).or_else(|| {
-            self.spread(columns.map(|c| self.widest(c, longest_word, longest_word)).collect())
+            self.spread(self.columns.iter().map(|c| c.widest(longest_word, longest_word)).collect())
         })
     }
 
@@ -94,8 +127,7 @@ impl Grid {
     fn spread(&self, mut widths: Vec<usize>) -> Option<Vec<usize>> {
         let room = WIDTH.checked_sub(frame(widths.len()))?;
         let mut spare = room.checked_sub(widths.iter().sum())?;
-        let wanted = |c: usize| self.widest(c, length, length);
-        let wanted: Vec<usize> = (0..widths.len()).map(wanted).collect();
+        let wanted: Vec<usize> = self.columns.iter().map(|c| c.widest(length, length)).collect();
         // The column with the most lines gets the next character.
         while spare > 0 {
             let short = (0..widths.len()).filter(|c| widths[*c] < wanted[*c]);
@@ -109,37 +141,29 @@ impl Grid {
 
     /// Splits a table into several tables, each with the rows' numbers; `None` if a single column is too wide.
     fn split(&self) -> Option<Vec<Self>> {
-        let number = self.rows.len().to_string().len();
-        let mut groups: Vec<Vec<usize>> = vec![Vec::new()];
+        let mut rows = Column::new(">#");
+        (1..=self.rows()).for_each(|row| rows.push(&row.to_string()));
+        let number = length(&self.rows().to_string());
+        let mut parts = vec![Self { columns: vec![rows.clone()] }];
         let mut used = number;
-        for column in 0..self.heads.len() {
-            let width = self.widest(column, longest_word, length).min(WIDTH - frame(2) - number);
-            if self.widest(column, longest_word, longest_word) > width {
+        for column in &self.columns {
+            let width = column.widest(longest_word, length).min(WIDTH - frame(2) - number);
+            if column.widest(longest_word, longest_word) > width {
                 return None;
             }
-            let group = groups.last_mut()?;
-            if used + width + frame(group.len() + 2) > WIDTH {
-                groups.push(vec![column]);
+            let part = parts.last_mut()?;
+            if used + width + frame(part.columns.len() + 1) > WIDTH {
+                parts.push(Self { columns: vec![rows.clone(), column.clone()] });
                 used = number;
             } else {
-                group.push(column);
+                part.columns.push(column.clone());
             }
             used += width;
         }
-        let part = |group: &Vec<usize>| {
-            let cells = |row: &[String]| group.iter().map(|c| row[*c].clone()).collect::<Vec<_>>();
-            let number = |(index, row): (usize, &Vec<String>)| {
-                [vec![(index + 1).to_string()], cells(row)].concat()
-            };
-            Self {
-                heads: [vec!["#".to_owned()], cells(&self.heads)].concat(),
-                right: std::iter::once(true).chain(group.iter().map(|c| self.right[*c])).collect(),
-                rows: self.rows.iter().enumerate().map(number).collect(),
-            }
-        };
-        Some(groups.iter().map(part).collect())
+        Some(parts)
     }
 
+    /// Writes a row from the lines of its cells.
     fn write_row(
         &self,
         f: &mut fmt::Formatter<'_>,
@@ -148,9 +172,9 @@ impl Grid {
     ) -> fmt::Result {
         for line in 0..cells.iter().map(Vec::len).max().unwrap_or(0) {
             f.write_str("|")?;
-            for ((cell, width), right) in cells.iter().zip(widths).zip(&self.right) {
+            for ((cell, width), column) in cells.iter().zip(widths).zip(&self.columns) {
                 let text = shown(cell.get(line).map_or("", String::as_str));
-                match right {
+                match column.right {
                     true => write!(f, " {text:>width$} |")?,
                     false => write!(f, " {text:<width$} |")?,
                 }
@@ -162,13 +186,13 @@ impl Grid {
 
     /// Writes one line per cell: the heading and the value.
     fn write_list(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = self.heads.iter().map(|head| length(head)).max().unwrap_or(0);
-        for (index, row) in self.rows.iter().enumerate() {
-            if index > 0 {
+        let width = self.columns.iter().map(|column| length(&column.head)).max().unwrap_or(0);
+        for row in 0..self.rows() {
+            if row > 0 {
                 writeln!(f)?;
             }
-            for (head, cell) in self.heads.iter().zip(row) {
-                let line = unbroken(&format!("{head:<width$}: ")) + cell;
+            for column in &self.columns {
+                let line = unbroken(&format!("{:<width$}: ", column.head)) + column.cell(row);
                 writeln!(f, "{}", wrapped(&line, width + 2))?;
             }
         }
@@ -179,28 +203,27 @@ impl Grid {
 impl fmt::Display for Grid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(widths) = self.widths() else {
-            let parts = if self.rows.len() > LISTED { self.split() } else { None };
+            let parts = if self.rows() > LISTED { self.split() } else { None };
             let Some(parts) = parts else { return self.write_list(f) };
             let parts: Vec<String> = parts.iter().map(Self::to_string).collect();
             return f.write_str(&parts.join("\n"));
         };
-        let broken = |row: &[String]| -> Vec<Vec<String>> {
-            row.iter().zip(&widths).map(|(cell, width)| lines(cell, *width)).collect()
-        };
-        let head = broken(&self.heads);
-        let rows: Vec<Vec<Vec<String>>> = self.rows.iter().map(|row| broken(row)).collect();
         // Lines often break before the width of their column, so the table can be narrower.
-        let used = |column: usize| {
-            let cells = rows.iter().chain([&head]).flat_map(|row| &row[column]);
-            cells.map(|line| length(line)).max().unwrap_or(0)
+        let used = |(column, width): (&Column, &usize)| {
+            let cells = column.cells().chain([&*column.head]);
+            cells.flat_map(|cell| lines(cell, *width)).map(|line| length(&line)).max().unwrap_or(0)
         };
-        let widths: Vec<usize> = (0..widths.len()).map(used).collect();
-        self.write_row(f, &head, &widths)?;
-        for width in &widths {
+        let used: Vec<usize> = self.columns.iter().zip(&widths).map(used).collect();
+        let broken = |cell: fn(&Column, usize) -> &str, row: usize| -> Vec<Vec<String>> {
+            let cells = self.columns.iter().map(|column| cell(column, row));
+            cells.zip(&widths).map(|(cell, width)| lines(cell, *width)).collect()
+        };
+        self.write_row(f, &broken(|column, _| &column.head, 0), &used)?;
+        for width in &used {
             write!(f, "|{:-<1$}", "", width + 2)?;
         }
         writeln!(f, "|")?;
-        rows.iter().try_for_each(|row| self.write_row(f, row, &widths))
+        (0..self.rows()).try_for_each(|row| self.write_row(f, &broken(Column::cell, row), &used))
     }
 }
 

@@ -293,8 +293,13 @@ fn a_threshold_has_a_unit_and_an_absurd_one_is_explained() {
     let metres = learn("0.001169");
     assert_eq!((metres.code, metres.err.as_str()), (0, ""));
     assert!(metres.out.contains("|        1.169 |"), "{}", metres.out);
-    for same in ["1.169mm", "0.001169m"] {
+    for same in ["1.169mm", "0.001169m", "1.169 mm", "0.1169cm", "1169um", "1169µm"] {
         assert_eq!(learn(same).out, metres.out, "{same}");
+    }
+    for never in ["-1", "0", "0mm", "nan", "inf", "mm", "", "1 inch", "1e999", "1.1.1mm"] {
+        let refused = learn(never);
+        assert_eq!(refused.code, 2, "{never}");
+        assert!(refused.err.contains("must be a length above 0"), "{never}: {}", refused.err);
     }
     let mistaken = learn("1.169");
     assert_eq!((mistaken.code, mistaken.out.as_str()), (2, ""));

@@ -2,10 +2,13 @@
 
 #![allow(clippy::expect_used)]
 
-use std::fs::OpenOptions;
+use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
-use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, write_atomic};
+use symbolt::files::{
+    FileError, Limit, Overwrite, ResultFolder, check_output, read_beginning, read_file,
+    read_regular_file, write_atomic,
+};
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = folder.read_dir().expect("a folder").flatten();
@@ -223,4 +226,66 @@ fn a_lock_file_that_is_something_else_is_neither_used_nor_removed() {
     let refused = ResultFolder::open(folder.path());
     assert!(matches!(refused, Err(FileError::Io { what: "write to", .. })), "{refused:?}");
     assert!(!folder.path().join("elsewhere").exists());
+}
+
+const SMALL: Limit = Limit { what: "a note", max_bytes: 10 };
+
+#[cfg(unix)]
+#[test]
+fn a_device_that_never_ends_is_refused_instead_of_read() {
+    for read in [read_file, read_regular_file] {
+        let refused = read(Path::new("/dev/zero"), Limit::ANY);
+        assert!(matches!(refused, Err(FileError::Io { what: "read", .. })), "{refused:?}");
+    }
+}
+
+#[test]
+fn a_file_over_the_limit_is_refused_with_its_size_and_the_limit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("note");
+    std::fs::write(&path, [b'a'; 10]).expect("written");
+    assert_eq!(read_file(&path, SMALL).expect("it fits").len(), 10);
+    std::fs::write(&path, [b'a'; 11]).expect("written");
+    assert_eq!(read_beginning(&path, 3).expect("a file"), b"aaa");
+    for read in [read_file, read_regular_file] {
+        let refused = read(&path, SMALL).expect_err("too large").to_string();
+        let expected =
+            format!("{} has 11 bytes; expected at most 10 bytes for a note", path.display());
+        assert_eq!(refused, expected);
+    }
+    // A sparse file of a terabyte takes no time.
+    let file = File::create(&path).expect("made");
+    if file.set_len(1 << 40).is_ok() {
+        assert!(matches!(read_file(&path, SMALL), Err(FileError::TooLarge { .. })));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_without_a_writer_is_refused_and_one_with_a_writer_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&path).status();
+    if !made.is_ok_and(|status| status.success()) {
+        return;
+    }
+    let refused = read_regular_file(&path, SMALL).expect_err("a pipe");
+    assert!(matches!(refused, FileError::Io { what: "read", .. }), "{refused:?}");
+    let refused = read_file(&path, SMALL).expect_err("no writer");
+    let FileError::Io { source, .. } = &refused else { panic!("{refused:?}") };
+    assert_eq!(source.to_string(), "it is a pipe, and nothing writes to it");
+    // The thread that still opens the first pipe would take the bytes of a writer.
+    let path = folder.path().join("other");
+    std::process::Command::new("mkfifo").arg(&path).status().expect("made");
+    for (text, fits) in [(&b"short"[..], true), (b"far too long", false)] {
+        let other = path.clone();
+        let writer = std::thread::spawn(move || {
+            use std::io::Write;
+            let mut pipe = OpenOptions::new().write(true).open(other)?;
+            pipe.write_all(text)
+        });
+        let read = read_file(&path, SMALL);
+        assert_eq!(read.is_ok(), fits, "{read:?}");
+        writer.join().expect("joined").expect("written");
+    }
 }

@@ -13,6 +13,7 @@ mod strips;
 mod tally;
 
 mod alternatives;
+mod attempts;
 mod catalogue;
 mod events;
 mod goal_set_races;
@@ -33,6 +34,7 @@ mod problems;
 mod relational;
 mod relational_files;
 mod relational_tasks;
+mod scale;
 mod scene;
 mod seated;
 mod second_task;

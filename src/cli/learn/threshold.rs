@@ -34,31 +34,3 @@ pub(super) fn metres(typed: &str) -> Result<f64, BadArgument> {
     }
     Ok(length)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_threshold_has_a_unit_or_is_in_metres() {
-        for typed in
-            ["0.001169", "0.001169m", "1.169mm", "1.169 mm", "0.1169cm", "1169um", "1169µm"]
-        {
-            let length = metres(typed).unwrap();
-            assert!((length - 0.001169).abs() < 1e-12, "{typed}: {length}");
-        }
-        assert_eq!(metres("0.001").unwrap(), 0.001, "a bare number keeps its bits");
-        assert_eq!(metres("2m").unwrap(), 2.0, "with a unit, any length is meant");
-    }
-
-    #[test]
-    fn a_threshold_that_cannot_be_meant_is_refused() {
-        let refused = |typed: &str| metres(typed).unwrap_err().to_string();
-        for typed in ["-1", "0", "0mm", "nan", "inf", "mm", "", "1 inch", "1e999", "1.1.1mm"] {
-            assert!(refused(typed).contains("must be a length above 0"), "{typed}");
-        }
-        let likely = refused("1.169");
-        assert!(likely.starts_with("--threshold 1.169: "), "{likely}");
-        assert!(likely.contains("write 1.169mm"), "{likely}");
-    }
-}

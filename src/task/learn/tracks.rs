@@ -21,6 +21,12 @@ impl Track {
         Some(&demo.snapshots.get(snapshot)?.objects.get(object)?.pose)
     }
 
+    /// First and last snapshot in which the object is seen.
+    pub fn span(&self) -> Option<(usize, usize)> {
+        let first = self.at.iter().position(Option::is_some)?;
+        Some((first, self.at.iter().rposition(Option::is_some)?))
+    }
+
     /// Distance that the object moved between two snapshots, in metres; `None` unless it is in both.
     pub fn moved(&self, demo: &Demonstration, from: usize, to: usize) -> Option<f64> {
         Some(self.pose(demo, from)?.distance(self.pose(demo, to)?))
@@ -105,53 +111,4 @@ fn match_kind(
         }
     }
     matched
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::task::recording::ObjectPose;
-
-    fn snapshot(number: u64, objects: &[(&str, f64)]) -> Snapshot {
-        let object = |(id, x): &(&str, f64)| ObjectPose {
-            id: (*id).into(),
-            kind: "nut".into(),
-            pose: Pose::at([*x, 0.0, 0.0]),
-        };
-        Snapshot { number, objects: objects.iter().map(object).collect(), ..Snapshot::default() }
-    }
-
-    #[test]
-    fn ids_are_identities_while_their_number_stays() {
-        let demo = Demonstration {
-            number: 0,
-            snapshots: vec![
-                snapshot(0, &[("a", 0.0), ("b", 1.0)]),
-                snapshot(1, &[("b", 0.0), ("a", 1.0)]),
-            ],
-        };
-        let tracks = follow(&demo);
-        assert_eq!(tracks.len(), 2);
-        assert_eq!(tracks[0].at, [Some(0), Some(1)]);
-        assert_eq!(tracks[1].at, [Some(1), Some(0)]);
-    }
-
-    #[test]
-    fn a_lost_part_ends_its_track_and_shifted_ids_do_not_confuse_the_others() {
-        let demo = Demonstration {
-            number: 0,
-            snapshots: vec![
-                snapshot(0, &[("nut_0", 0.0), ("nut_1", 1.0), ("nut_2", 2.0)]),
-                snapshot(1, &[("nut_0", 1.0), ("nut_1", 2.001)]),
-                snapshot(2, &[("nut_0", 1.0), ("nut_1", 5.0)]),
-            ],
-        };
-        let tracks = follow(&demo);
-        assert_eq!(tracks.len(), 3);
-        assert_eq!(tracks[0].at, [Some(0), None, None]);
-        assert_eq!(tracks[1].at, [Some(1), Some(0), Some(0)]);
-        assert_eq!(tracks[2].at, [Some(2), Some(1), Some(1)]);
-        assert_eq!(tracks[2].id(&demo, 2), Some("nut_1"));
-        assert_eq!(tracks[2].moved(&demo, 1, 2), Some(5.0 - 2.001));
-    }
 }

@@ -1,5 +1,6 @@
 //! Reads recordings and single scenes from JSON. Every error names the file, line and field.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -14,21 +15,25 @@ use crate::task::error::{InputFault, TaskError, json_problem};
 /// One line of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawSnapshot {
+struct RawSnapshot<'a> {
     demo: Option<u64>,
     snapshot: Option<u64>,
     next_action: Option<String>,
     t: Option<f64>,
     event: Option<SnapshotEvent>,
-    object: Option<String>,
-    objects: Vec<RawObject>,
+    #[serde(borrow)]
+    object: Option<Cow<'a, str>>,
+    #[serde(borrow)]
+    objects: Vec<RawObject<'a>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawObject {
-    id: String,
-    kind: String,
+struct RawObject<'a> {
+    #[serde(borrow)]
+    id: Cow<'a, str>,
+    #[serde(borrow)]
+    kind: Cow<'a, str>,
     position: [f64; 3],
     orientation: [f64; 4],
 }
@@ -116,13 +121,13 @@ impl Recording {
                 let problem = format!("the line has {} bytes", line.len());
                 return Err(place.fault("", problem, format!("at most {LONGEST_LINE} bytes")));
             }
-            let raw: RawSnapshot = parse_json(utf8(line, place)?, place)?;
+            let mut raw: RawSnapshot<'_> = parse_json(utf8(line, place)?, place)?;
             let required = |field, value: Option<u64>| {
                 value.ok_or_else(|| place.fault(field, "it is missing", "a whole number"))
             };
             let number = required("demo", raw.demo)?;
             let snapshot_number = required("snapshot", raw.snapshot)?;
-            let label = raw.next_action.clone();
+            let label = raw.next_action.take();
             let snapshot = check_snapshot(raw, snapshot_number, place, &mut words)?;
             let new = recording.demos.last().is_none_or(|d| d.number != number);
             if new {
@@ -182,7 +187,7 @@ impl Snapshot {
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
         let place = Place { file, line: None };
         let text = utf8(bytes, place)?;
-        let mut stream = serde_json::Deserializer::from_str(text).into_iter::<RawSnapshot>();
+        let mut stream = serde_json::Deserializer::from_str(text).into_iter::<RawSnapshot<'_>>();
         let raw = match stream.next() {
             Some(Ok(raw)) => raw,
             Some(Err(error)) => return Err(json_fault(&error, place, true)),
@@ -227,8 +232,8 @@ fn json_fault(error: &serde_json::Error, place: Place<'_>, whole_file: bool) -> 
 }
 
 /// Returns `word`, shared with all its earlier uses.
-fn shared(words: &mut HashSet<Arc<str>>, word: String) -> Arc<str> {
-    if let Some(known) = words.get(word.as_str()) {
+fn shared(words: &mut HashSet<Arc<str>>, word: &str) -> Arc<str> {
+    if let Some(known) = words.get(word) {
         return known.clone();
     }
     let new: Arc<str> = word.into();
@@ -238,7 +243,7 @@ fn shared(words: &mut HashSet<Arc<str>>, word: String) -> Arc<str> {
 
 /// Checks a snapshot. `words` are the ids and kinds of the file so far.
 fn check_snapshot(
-    raw: RawSnapshot,
+    raw: RawSnapshot<'_>,
     number: u64,
     place: Place<'_>,
     words: &mut HashSet<Arc<str>>,
@@ -249,7 +254,7 @@ fn check_snapshot(
         return Err(place.fault("t", format!("it is {t}"), "a finite number of seconds"));
     }
     let mut objects: Vec<ObjectPose> = Vec::with_capacity(raw.objects.len());
-    let mut ids: HashMap<String, usize> = HashMap::with_capacity(raw.objects.len());
+    let mut ids: HashMap<Arc<str>, usize> = HashMap::with_capacity(raw.objects.len());
     for (index, object) in raw.objects.into_iter().enumerate() {
         let field = |name: &str| format!("objects[{index}].{name}");
         for (name, text) in [("id", &object.id), ("kind", &object.kind)] {
@@ -264,16 +269,16 @@ fn check_snapshot(
             }
         }
         let pose = check_pose(object.position, object.orientation, &field, place)?;
-        if ids.insert(object.id.clone(), index).is_some() {
-            let problem = format!("the id `{}` is used twice", object.id);
+        let (id, kind) = (shared(words, &object.id), shared(words, &object.kind));
+        if ids.insert(id.clone(), index).is_some() {
+            let problem = format!("the id `{id}` is used twice");
             return Err(place.fault(field("id"), problem, "each id once per snapshot"));
         }
-        let (id, kind) = (shared(words, object.id), shared(words, object.kind));
         objects.push(ObjectPose { id, kind, pose });
     }
     let touched = match &raw.object {
         None => None,
-        Some(id) => Some(*ids.get(id).ok_or_else(|| {
+        Some(id) => Some(*ids.get(&**id).ok_or_else(|| {
             let known: Vec<&str> = objects.iter().take(20).map(|o| &*o.id).collect();
             let expected = if known.is_empty() {
                 "no `object`, as the snapshot has no objects".into()

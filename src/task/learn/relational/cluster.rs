@@ -111,9 +111,14 @@ impl Clustering<'_> {
         let sample: Vec<usize> = (0..n).step_by(step).collect();
         let mut clusters = self.merge(&sample);
         if step > 1 {
-            let rest: Vec<usize> = (0..n).filter(|i| i % step != 0).collect();
-            for i in rest {
+            let mut most = MOST.max(2 * clusters.len());
+            for i in (0..n).filter(|i| i % step != 0) {
                 self.join(&mut clusters, i);
+                // Comparing clusters pair by pair takes the square of their number in memory.
+                if clusters.len() > most {
+                    clusters = self.agglomerate(clusters);
+                    most = MOST.max(2 * clusters.len());
+                }
             }
             clusters = self.agglomerate(clusters);
         }
@@ -148,7 +153,10 @@ impl Clustering<'_> {
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         match best {
             Some((i, gain)) if gain > 0.0 => {
-                clusters[i] = self.together(&clusters[i], &single);
+                let cluster = &mut clusters[i];
+                cluster.members.push(item);
+                cluster.frames = Self::union(&cluster.frames, &single.frames);
+                (cluster.frame, cluster.score) = self.score(cluster.members.len(), &cluster.frames);
             }
             _ => clusters.push(single),
         }

@@ -73,11 +73,7 @@ impl<'m, 'r> Frames<'m, 'r> {
     /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.
     fn follow_containers(&mut self) {
         for (now, rest) in self.motion.rests.iter().enumerate() {
-            if rest.came != Came::Carried {
-                continue;
-            }
-            let before =
-                (0..rest.first).rev().find_map(|s| self.motion.index_at(rest.demo, rest.track, s));
+            let before = self.motion.previous(now).filter(|_| rest.came == Came::Carried);
             let Some(before) = before else { continue };
             if (1..=self.kinds.len()).any(|f| self.lies_alike(before, now, f)) {
                 self.carried_from.insert(now, before);

@@ -3,6 +3,7 @@
 mod cluster;
 mod frames;
 mod likelihood;
+mod linked;
 mod models;
 mod motion;
 mod operators;

@@ -178,12 +178,13 @@ fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
 fn central(poses: &[Pose], turn: &Turn) -> [f64; 4] {
     let all: Vec<[f64; 4]> = poses.iter().map(|p| p.orientation).collect();
     let mean = mean_orientation(&all).unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let along = |p: &Pose| match turn {
+        Turn::Axis { axis, .. } => p.rotation() * Vector3::from(*axis),
+        _ => Vector3::zeros(),
+    };
+    let sum: Vector3<f64> = poses.iter().map(along).sum();
     let off = |p: &Pose| match turn {
-        Turn::Axis { axis, .. } => {
-            let axis = Vector3::from(*axis);
-            let sum: Vector3<f64> = poses.iter().map(|q| q.rotation() * axis).sum();
-            (p.rotation() * axis).angle(&sum)
-        }
+        Turn::Axis { .. } => along(p).angle(&sum),
         _ => {
             let dot: f64 = p.orientation.iter().zip(mean).map(|(a, b)| a * b).sum();
             1.0 - dot.abs()

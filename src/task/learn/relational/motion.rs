@@ -1,6 +1,7 @@
 //! Movements in a recording: robust tracks, the noise of the poses, and the times for which each object rests.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::task::domain::distance::p_distance;
@@ -46,10 +47,12 @@ pub(super) struct Motion<'r> {
     pub recording: &'r Recording,
     pub noise: Noise,
     pub tracks: Vec<Vec<Track>>,
+    /// The attempts, in the order of the demonstrations.
     pub attempts: Vec<Attempt>,
+    /// The rests of each track in order, one track after the other.
     pub rests: Vec<Rest>,
-    /// For each demonstration and track, the rest in each snapshot.
-    pub at: Vec<Vec<Vec<Option<usize>>>>,
+    /// For each demonstration and track, its rests.
+    of_track: Vec<Vec<Range<usize>>>,
     /// Number of poses that disagree with the rest of their object.
     pub outliers: usize,
     /// Distance and angle beyond which a pose differs from another.
@@ -96,11 +99,7 @@ impl<'r> Motion<'r> {
         let mut motion = Self {
             recording,
             noise,
-            at: tracks
-                .iter()
-                .zip(&recording.demos)
-                .map(|(tracks, demo)| vec![vec![None; demo.snapshots.len()]; tracks.len()])
-                .collect(),
+            of_track: Vec::with_capacity(tracks.len()),
             tracks,
             attempts: Vec::new(),
             rests: Vec::new(),
@@ -110,15 +109,20 @@ impl<'r> Motion<'r> {
         };
         for d in 0..recording.demos.len() {
             let demo = &recording.demos[d];
+            let spans: Vec<_> = motion.tracks[d].iter().map(Track::span).collect();
             for mut attempt in attempts::cut(d, demo, &motion.tracks[d]) {
                 if !attempt.declared {
-                    attempt.track = motion.guess(&attempt, p);
+                    attempt.track = motion.guess(&attempt, &spans, p);
                 }
                 motion.attempts.push(attempt);
             }
-            for t in 0..motion.tracks[d].len() {
+            let own = (0..spans.len()).map(|t| {
+                let first = motion.rests.len();
                 motion.rest(d, t);
-            }
+                first..motion.rests.len()
+            });
+            let own = own.collect();
+            motion.of_track.push(own);
         }
         motion
     }
@@ -138,7 +142,33 @@ impl<'r> Motion<'r> {
     }
 
     pub fn index_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
-        *self.at[demo][track].get(snapshot)?
+        self.latest(demo, track, snapshot).filter(|rest| snapshot <= self.rests[*rest].last)
+    }
+
+    /// Returns the last rest of a track that began by a snapshot.
+    pub fn latest(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
+        let own = self.of_track[demo][track].clone();
+        let begun = self.rests[own.clone()].partition_point(|rest| rest.first <= snapshot);
+        Some(own.start + begun.checked_sub(1)?)
+    }
+
+    /// Returns the first rest of a track that ended in a snapshot or later.
+    pub fn next(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
+        let own = self.of_track[demo][track].clone();
+        let over = self.rests[own.clone()].partition_point(|rest| rest.last < snapshot);
+        own.clone().nth(over)
+    }
+
+    /// Returns the rest of the same track before a rest.
+    pub fn previous(&self, rest: usize) -> Option<usize> {
+        let (before, now) = (self.rests.get(rest.checked_sub(1)?)?, &self.rests[rest]);
+        ((before.demo, before.track) == (now.demo, now.track)).then_some(rest - 1)
+    }
+
+    /// Returns the indices of the attempts of a demonstration.
+    fn attempts_of(&self, demo: usize) -> Range<usize> {
+        let first = self.attempts.partition_point(|a| a.demo < demo);
+        first..first + self.attempts[first..].partition_point(|a| a.demo == demo)
     }
 
     /// Returns the rest of a track during these snapshots. If objects are missing for a moment, one that is not seen then
@@ -149,16 +179,20 @@ impl<'r> Motion<'r> {
         track: usize,
         (first, last): (usize, usize),
     ) -> Option<usize> {
-        let at = |s: usize| self.index_at(demo, track, s);
-        let seen = (first..=last).find_map(at);
+        let next = self.next(demo, track, first);
+        let seen = next.filter(|rest| self.rests[*rest].first <= last);
         seen.or_else(|| {
-            // Not before the object was moved last.
-            let moved = self.attempts.iter().filter(|a| a.demo == demo && a.track == Some(track));
-            let moved = moved.map(|a| a.after).filter(|after| *after <= last).max().unwrap_or(0);
-            let before = (moved..first).rev().find(|s| at(*s).is_some());
+            let before = self.latest(demo, track, first.checked_sub(1)?);
             let before = before.filter(|_| self.flickers)?;
-            let again = (last..self.at[demo][track].len()).any(|s| at(s).is_some());
-            (again || last - before <= MOMENT).then(|| at(before)).flatten()
+            let until = self.rests[before].last.min(first - 1);
+            // Not before the object was moved last.
+            let own = self.attempts[self.attempts_of(demo)].iter();
+            let mut since = own.rev().take_while(|a| a.after > until);
+            if since.any(|a| a.track == Some(track) && a.after <= last) {
+                return None;
+            }
+            let again = self.next(demo, track, last).is_some();
+            (again || last - until <= MOMENT).then_some(before)
         })
     }
 
@@ -173,12 +207,12 @@ impl<'r> Motion<'r> {
 
     /// Guesses the object of an attempt that the recording does not name, as the learner of the paper does. Objects
     /// that were only turned come last.
-    fn guess(&self, attempt: &Attempt, p: f64) -> Option<usize> {
+    fn guess(&self, attempt: &Attempt, spans: &[Option<(usize, usize)>], p: f64) -> Option<usize> {
         let (demo, tracks) = (self.demo(attempt.demo), &self.tracks[attempt.demo]);
-        let last = demo.snapshots.len() - 1;
         // An object can be missing for a moment.
         let ends = |t: usize| {
             let track = &tracks[t];
+            let (_, last) = spans[t].filter(|(first, _)| *first <= attempt.before)?;
             let before = (0..=attempt.before).rev().find_map(|s| track.pose(demo, s))?;
             let after = (attempt.after..=last).find_map(|s| track.pose(demo, s))?;
             Some((before, after))
@@ -205,7 +239,7 @@ impl<'r> Motion<'r> {
         };
         let mut lost = (0..tracks.len()).filter(|t| {
             tracks[*t].at[attempt.before].is_some()
-                && tracks[*t].at[attempt.after..].iter().all(Option::is_none)
+                && spans[*t].is_some_and(|(_, last)| last < attempt.after)
         });
         best.map(|(t, ..)| *t).or_else(turned).or_else(|| lost.next())
     }
@@ -213,8 +247,8 @@ impl<'r> Motion<'r> {
     /// Cuts the life of an object into rests.
     fn rest(&mut self, d: usize, t: usize) {
         let length = self.demo(d).snapshots.len();
-        let own: Vec<(usize, Attempt)> = (self.attempts.iter().copied().enumerate())
-            .filter(|(_, a)| a.demo == d && a.track == Some(t))
+        let own: Vec<(usize, Attempt)> = (self.attempts_of(d).map(|a| (a, self.attempts[a])))
+            .filter(|(_, a)| a.track == Some(t))
             .collect();
         let mut from = 0;
         let mut came = Came::Found;
@@ -273,13 +307,15 @@ impl<'r> Motion<'r> {
     fn without_outliers(&self, d: usize, poses: &[(usize, Pose)]) -> Vec<(usize, Pose)> {
         let mut kept = poses.to_vec();
         let handled = |from: usize, to: usize| {
-            let of = self.attempts.iter().filter(|a| a.demo == d && a.declared);
-            of.clone().any(|a| a.before <= from && to <= a.after)
+            let own = &self.attempts[self.attempts_of(d)];
+            let begun = own[..own.partition_point(|a| a.before <= from)].iter().rev();
+            begun.take_while(|a| to <= a.after).any(|a| a.declared)
         };
         if self.noise.position_m > NOISY_M {
             let lone = |a: (usize, Pose), b: (usize, Pose), c: &Pose| {
-                let between = handled(a.0.min(b.0), a.0.max(b.0));
-                !between && self.differs(&a.1, &b.1) && !self.differs(&b.1, c)
+                self.differs(&a.1, &b.1)
+                    && !self.differs(&b.1, c)
+                    && !handled(a.0.min(b.0), a.0.max(b.0))
             };
             if kept.len() >= 3 && lone(kept[0], kept[1], &kept[2].1) {
                 kept.remove(0);
@@ -302,10 +338,6 @@ impl<'r> Motion<'r> {
         let (Some((first, _)), Some((last, _))) = (group.first(), group.last()) else { return };
         let (first, last) = (since.unwrap_or(*first), *last);
         let poses: Vec<Pose> = group.iter().map(|(_, pose)| *pose).collect();
-        let index = self.rests.len();
-        for slot in &mut self.at[demo][track][first..=last] {
-            *slot = Some(index);
-        }
         let pose = median(&poses);
         self.rests.push(Rest { demo, track, first, last, pose, came });
     }
@@ -313,9 +345,7 @@ impl<'r> Motion<'r> {
 
 /// Returns whether an object is missing from a snapshot and seen again later.
 fn vanishes_for_a_moment(track: &Track) -> bool {
-    let first = track.at.iter().position(Option::is_some);
-    let last = track.at.iter().rposition(Option::is_some);
-    first.zip(last).is_some_and(|(first, last)| track.at[first..last].contains(&None))
+    track.span().is_some_and(|(first, last)| track.at[first..last].contains(&None))
 }
 
 /// Leaves out poses that disagree with those before and after, while these agree. Returns their number.
@@ -406,10 +436,8 @@ fn median(poses: &[Pose]) -> Pose {
     });
     let turns: Vec<[f64; 4]> = poses.iter().map(|p| p.orientation).collect();
     // The orientation with the least sum of angles to the others is no outlier.
-    let middle = poses.iter().min_by(|a, b| {
-        let far = |p: &Pose| poses.iter().map(|q| angle(p, q)).sum::<f64>();
-        far(a).total_cmp(&far(b))
-    });
+    let far = poses.iter().map(|p| (poses.iter().map(|q| angle(p, q)).sum::<f64>(), p));
+    let middle = far.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p);
     let near: Vec<[f64; 4]> = poses
         .iter()
         .filter(|p| middle.is_none_or(|m| angle(m, p) < 0.5))
@@ -440,9 +468,13 @@ pub(super) fn noise(recording: &Recording) -> Noise {
         }
     }
     let middle = |values: &mut Vec<f64>| {
-        values.sort_by(f64::total_cmp);
         // The lower quartile allows for movements of a few of the objects.
-        values.get(values.len() / 4).copied().unwrap_or(0.0)
+        let quarter = values.len() / 4;
+        if values.is_empty() {
+            0.0
+        } else {
+            *values.select_nth_unstable_by(quarter, f64::total_cmp).1
+        }
     };
     // The lower quartiles of |N(0, 1)| and of the length of three such numbers are 0.3186 and 1.1011. A difference has
     // twice the variance.

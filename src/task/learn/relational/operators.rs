@@ -77,19 +77,17 @@ fn scene(motion: &Motion<'_>, found: &States, demo: usize, snapshot: usize) -> S
     (0..motion.tracks[demo].len())
         .map(|t| {
             // An object that is missing for a moment keeps its state.
-            let last = (0..=snapshot).rev().find_map(|s| motion.index_at(demo, t, s))?;
-            found.labels[last]
+            found.labels[motion.latest(demo, t, snapshot)?]
         })
         .collect()
 }
 
 fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<Instance, Failure> {
     let object = attempt.track.ok_or(Failure::NothingMoved)?;
-    let at = |s| motion.index_at(attempt.demo, object, s);
     // An object can be missing for a moment.
-    let last = motion.demo(attempt.demo).snapshots.len() - 1;
-    let before = (0..=attempt.before).rev().find_map(at);
-    let (Some(before), Some(after)) = (before, (attempt.after..=last).find_map(at)) else {
+    let before = motion.latest(attempt.demo, object, attempt.before);
+    let (Some(before), Some(after)) = (before, motion.next(attempt.demo, object, attempt.after))
+    else {
         return Err(Failure::PartLost);
     };
     let label = |rest: usize| found.labels[rest].ok_or(Failure::NothingNew);

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::frames::Frames;
 use super::likelihood::PLACED_M;
+use super::linked::{linked, spans_more};
 use super::motion::Came;
 use crate::robot::Pose;
 
@@ -62,13 +63,15 @@ impl Frames<'_, '_> {
             .collect();
         moved.sort_by(f64::total_cmp);
         let Some(usual) = moved.get(moved.len() / 2).copied() else { return groups };
+        let mut owner = vec![None; self.motion.rests.len()];
+        for (index, group) in groups.iter().enumerate() {
+            group.rests.iter().for_each(|rest| owner[*rest] = Some(index));
+        }
         let mut a = 0;
         while a < groups.len() {
             let nudged = groups[a].rests.iter().find_map(|now| {
                 let rest = &self.motion.rests[*now];
-                let before = (0..rest.first)
-                    .rev()
-                    .find_map(|s| self.motion.index_at(rest.demo, rest.track, s))?;
+                let before = self.motion.previous(*now)?;
                 let far = self.motion.rests[before].pose.distance(&rest.pose);
                 // An attempt whose object the recording does not name may have been another object's.
                 let unsure = match rest.came {
@@ -77,18 +80,18 @@ impl Frames<'_, '_> {
                     Came::Found => false,
                 };
                 let near = unsure && far < NUDGED * usual;
-                let b = groups.iter().position(|g| g.rests.contains(&before))?;
-                (near && a != b).then_some(b)
+                owner[before].filter(|b| near && a != *b)
             });
             match nudged.and_then(|b| Some((b, common_frame(&groups, &[a, b])?))) {
                 Some((b, frame)) => {
-                    let taken = groups[a].rests.clone();
-                    let other = groups[a].scores.clone();
-                    groups[b].rests.extend(taken);
-                    groups[b].scores.iter_mut().zip(other).for_each(|(x, y)| *x += y);
+                    let taken = groups.remove(a);
+                    let b = if b > a { b - 1 } else { b };
+                    owner.iter_mut().flatten().filter(|o| **o > a).for_each(|o| *o -= 1);
+                    taken.rests.iter().for_each(|rest| owner[*rest] = Some(b));
+                    groups[b].rests.extend(taken.rests);
+                    groups[b].scores.iter_mut().zip(taken.scores).for_each(|(x, y)| *x += y);
                     groups[b].frame = frame;
-                    groups[b].evidence += groups[a].evidence;
-                    groups.remove(a);
+                    groups[b].evidence += taken.evidence;
                     a = 0;
                 }
                 None => a += 1,
@@ -115,26 +118,19 @@ impl Frames<'_, '_> {
         if range < 3.0 * width {
             return vec![group];
         }
-        // Single linkage.
-        let mut owner: Vec<usize> = (0..poses.len()).collect();
-        for a in 0..poses.len() {
-            for b in 0..a {
-                if poses[a].distance(&poses[b]) < width && owner[a] != owner[b] {
-                    let (keep, drop) = (owner[a].min(owner[b]), owner[a].max(owner[b]));
-                    owner.iter_mut().filter(|o| **o == drop).for_each(|o| *o = keep);
-                }
-            }
-        }
+        let owner = linked(&poses, width);
         let places: BTreeSet<usize> = owner.iter().copied().collect();
         // Each coincidence beyond the first pose of a place has a chance of about the width over the range.
         let coincidences = (poses.len() - places.len()) as f64 * (range / (2.0 * width)).ln();
-        let wide = places.iter().any(|p| {
-            let own: Vec<&Pose> =
-                poses.iter().zip(&owner).filter(|(_, o)| *o == p).map(|(pose, _)| pose).collect();
-            own.iter().any(|a| own.iter().any(|b| a.distance(b) > 3.0 * width))
-        });
         let sparse = 2 * places.len() > poses.len();
-        if places.len() < 2 || sparse || wide || coincidences < PLACES {
+        if places.len() < 2 || sparse || coincidences < PLACES {
+            return vec![group];
+        }
+        let mut members: BTreeMap<usize, Vec<Pose>> = BTreeMap::new();
+        for (pose, owner) in poses.iter().zip(&owner) {
+            members.entry(*owner).or_default().push(*pose);
+        }
+        if members.values().any(|own| spans_more(own, 3.0 * width)) {
             return vec![group];
         }
         places

@@ -145,8 +145,11 @@ impl Frames<'_, '_> {
         likelihood.turns = still.count() as f64 > UNEXPLAINED * attempts.len() as f64;
         let mut clusters = run(&likelihood);
         if !likelihood.turns {
-            let owner = |item: usize| clusters.iter().position(|(_, c)| c.members.contains(&item));
-            let same = attempts.iter().filter(|(a, b)| owner(*a) == owner(*b)).count();
+            let mut owner = vec![0; items.len()];
+            for (index, (_, cluster)) in clusters.iter().enumerate() {
+                cluster.members.iter().for_each(|item| owner[*item] = index);
+            }
+            let same = attempts.iter().filter(|(a, b)| owner[*a] == owner[*b]).count();
             if same as f64 > UNEXPLAINED * attempts.len() as f64 {
                 likelihood.turns = true;
                 clusters = run(&likelihood);

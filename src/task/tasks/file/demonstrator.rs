@@ -4,13 +4,15 @@
 //! by a relation that does not hold. The seed draws the order of open relations and of equal places, anew for each
 //! demonstration.
 
+use std::sync::Arc;
+
 use rand::RngExt;
 
+use super::draw::Inner;
 use super::format::{Orientation, Place, Quantity, Relation};
 use super::frames::{Level, arc, dot};
 use super::relation::{Placement, Seen, Sight};
 use super::shape::Extent;
-use super::task::DataTask;
 use crate::robot::arm::vector::scale;
 use crate::robot::arm::{BodyFrame, Turn, reaches_table};
 use crate::robot::scene::Scene;
@@ -21,7 +23,7 @@ use crate::task::tasks::{Demonstrator, Step};
 
 /// The demonstrator of one demonstration.
 pub(super) struct Shower {
-    task: DataTask,
+    task: Arc<Inner>,
     seed: Seed,
 }
 
@@ -42,7 +44,7 @@ struct Open<'f> {
 }
 
 impl Shower {
-    pub fn new(task: DataTask, seed: Seed, demo: usize) -> Self {
+    pub fn new(task: Arc<Inner>, seed: Seed, demo: usize) -> Self {
         let seed = seed.derive("demonstrator", "order").derive_index("demonstration", demo as u64);
         Self { task, seed }
     }
@@ -189,7 +191,7 @@ impl Shower {
 
 impl Demonstrator for Shower {
     fn next(&mut self, scene: &Scene, so_far: &[SkillReport]) -> Option<Step> {
-        let task = self.task.0.clone();
+        let task = self.task.clone();
         let sight = Sight::of(&task.file, &task.shapes, scene);
         if sight.file.goal.iter().all(|relation| sight.holds(relation)) {
             return None;

@@ -12,6 +12,13 @@ use crate::robot::arm::{BodyFrame, Turn, reaches_table};
 use crate::robot::scene::Piece;
 use crate::sim::Seed;
 
+/// A task file and its shapes.
+#[derive(Debug, PartialEq)]
+pub(super) struct Inner {
+    pub file: TaskFile,
+    pub shapes: Shapes,
+}
+
 /// Shapes of a task file, ready for use.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Shapes {

@@ -6,7 +6,7 @@ use rand::RngExt;
 use serde_json::{Map, Value, json};
 
 use super::demonstrator::Shower;
-use super::draw::{self, Layout, Shapes};
+use super::draw::{self, Inner, Layout, Shapes};
 use super::format::{LandmarkData, LookData, PartKind, Quantity, Reference, Start, TaskFile};
 use super::grasps;
 use super::relation::Sight;
@@ -24,13 +24,7 @@ use crate::task::tasks::{Demonstrator, Judgement, Perturbation, Task};
 
 /// A task that is described by a [`TaskFile`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct DataTask(pub(super) Arc<Inner>);
-
-#[derive(Debug, PartialEq)]
-pub(super) struct Inner {
-    pub file: TaskFile,
-    pub shapes: Shapes,
-}
+pub struct DataTask(Arc<Inner>);
 
 impl DataTask {
     /// Creates the task.
@@ -297,7 +291,7 @@ impl Task for DataTask {
     }
 
     fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator> {
-        Box::new(Shower::new(self.clone(), seed, demo))
+        Box::new(Shower::new(self.0.clone(), seed, demo))
     }
 
     fn judge(&self, scene: &Scene) -> Judgement {

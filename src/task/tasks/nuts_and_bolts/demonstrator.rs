@@ -8,8 +8,7 @@
 
 use rand::RngExt;
 
-use super::scene::{BOLT, NUT};
-use super::settings::NutsAndBolts;
+use super::settings::{BOLT, NUT, NutsAndBolts};
 use crate::robot::scene::Scene;
 use crate::robot::skill::Target;
 use crate::robot::{SkillOutcome, SkillReport};

@@ -1,8 +1,7 @@
 //! The judge: decides from the scene's geometry which parts are in the jig and whether a bolt is through a
 //! nut.
 
-use super::scene::{BOLT, NUT};
-use super::settings::NutsAndBolts;
+use super::settings::{BOLT, NUT, NutsAndBolts};
 use crate::robot::Pose;
 use crate::robot::scene::Scene;
 use crate::task::tasks::Judgement;

@@ -10,10 +10,6 @@ use crate::robot::scene::{
 use crate::sim::Seed;
 use crate::task::error::TaskError;
 
-/// Indices of the kinds in the scene.
-pub(super) const NUT: usize = 0;
-pub(super) const BOLT: usize = 1;
-
 /// Clearance of a shaft's tip above the jig on the way, in metres.
 const CLEAR_M: f64 = 0.012;
 /// Height above its pocket from which a nut is lowered straight down, in metres.

@@ -9,6 +9,10 @@ use crate::robot::arm::{ArmSpec, GripperSpec};
 use crate::task::error::TaskError;
 use crate::task::tasks::parse_settings;
 
+/// Indices of the kinds in the scene.
+pub(super) const NUT: usize = 0;
+pub(super) const BOLT: usize = 1;
+
 /// Dimensions and material of hex nuts and hex-head bolts without threads. Lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

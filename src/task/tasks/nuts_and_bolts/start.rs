@@ -4,8 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use rand::{Rng, RngExt};
 
-use super::scene::{BOLT, NUT};
-use super::settings::NutsAndBolts;
+use super::settings::{BOLT, NUT, NutsAndBolts};
 use crate::robot::arm::{BodyFrame, Turn};
 use crate::robot::scene::Part;
 use crate::sim::Seed;

@@ -202,7 +202,7 @@ impl SyntheticDemonstrations {
         Ok(scene)
     }
 
-    /// Refuses settings that would make a recording too large to be read.
+    /// Refuses settings that would make a very large recording.
     fn check_size(&self) -> Result<(), TaskError> {
         let attempts = (3.0 / (1.0 - self.fail_rate.clamp(0.0, 0.9))).min(MAX_ATTEMPTS as f64);
         let poses = (2.0 * attempts + 2.0) * (self.nuts + self.bolts + 2) as f64;
@@ -213,8 +213,8 @@ impl SyntheticDemonstrations {
         if poses <= MAX_POSES as f64 {
             return Ok(());
         }
-        let expected = "fewer demonstrations, parts or failures: so many make more than 550,000 poses, and a \
-                        recording of that size cannot be read";
+        let expected = "fewer demonstrations, parts or failures: so many make more than 550,000 poses, about 90 MB \
+                        of text";
         Err(TaskError::Setting { name: "demos", value: self.demos.to_string(), expected })
     }
 

@@ -6,8 +6,7 @@ use rand::RngExt;
 use serde_json::{Value, json};
 
 use super::demonstrator::Rules;
-use super::scene::NUT;
-use super::settings::NutsAndBolts;
+use super::settings::{NUT, NutsAndBolts};
 use super::{grasps, scene};
 use crate::robot::Pose;
 use crate::robot::scene::{BodyId, Scene, SceneSpec};
