@@ -77,17 +77,17 @@ fn there_are_twenty_worlds_that_name_only_their_own_kinds_and_states() {
         let (name, spec) = (world.name(), &world.0);
         assert!(!spec.goal.is_empty() && !spec.jobs.is_empty(), "{name}");
         let kinds: HashSet<&str> = spec.kinds.iter().map(|kind| kind.name).collect();
-        for Rule { state, .. } in &spec.rules {
+        for Rule { state, .. } in &spec.states {
             assert!(kinds.contains(state.kind), "{name}: {}", state.kind);
             assert!(state.frame.is_none_or(|f| kinds.contains(f)), "{name}: {:?}", state.frame);
         }
-        let needs = spec.rules.iter().flat_map(|r| r.needs.iter().chain(&r.reach).map(Need::state));
+        let needs = spec.states.iter().flat_map(|r| r.needs.iter().chain(&r.reach).map(Need::state));
         let sides = spec.triggers.iter().flat_map(|t| [t.when, t.then, t.otherwise]);
         let habits = spec.habits.iter().flat_map(|(a, b)| [*a, *b]);
         let goals = spec.goal.iter().map(|g| g.state);
         let own = spec.jobs.iter().map(|job| job.to);
         for state in needs.chain(sides).chain(habits).chain(goals).chain(own) {
-            assert!(spec.rules.iter().any(|rule| rule.state.name == state), "{name}: {state}");
+            assert!(spec.states.iter().any(|rule| rule.state.name == state), "{name}: {state}");
         }
     }
 }
@@ -229,7 +229,7 @@ fn objects_do_not_overlap_when_a_run_begins() {
                 let run = world.begin(Seed::new(seed), stage);
                 for (index, body) in run.bodies.iter().enumerate() {
                     let heap = body.at.is_some_and(|at| {
-                        let extent = run.spec.rules[at.rule].state.extent;
+                        let extent = run.spec.states[at.rule].extent;
                         !matches!(extent, Extent::Area { depth_m: 0.0, .. })
                     });
                     if !heap {
