@@ -105,12 +105,7 @@ impl Experiment for Worlds {
             demos: cell.number("demonstrations")? as usize,
             episodes: 1,
             planner: cell.choice("planner", &Planning::ALL)?,
-            sensing: Sensing {
-                pose_noise_m,
-                pose_noise_deg,
-                missing_rate,
-                ..Sensing::default()
-            },
+            sensing: Sensing { pose_noise_m, pose_noise_deg, missing_rate, ..Sensing::default() },
             seed,
         };
         let found = evaluate(world, &trial)?;
@@ -133,17 +128,19 @@ impl Experiment for Worlds {
     fn figure(&self, results: &Results) -> Option<Figure> {
         let few = self.worlds.iter().rev().filter(|world| world.name() != "bins");
         let names: Vec<String> = few.map(|world| world.name().to_owned()).collect();
-        let series = SHOWN.map(|at| SETTINGS[at]).into_iter().enumerate().map(|(at, (planner, demos, noise))| {
-            let wanted = json!({
-                "planner": planner, "demonstrations": demos, "noise": noise, "what": DONE,
-            });
-            let shift = 0.2 * (1.5 - at as f64);
-            let at = |row: &Row| names.iter().position(|name| row.is("world", &json!(name)));
-            let mark = |row: &Row| Some(row.percent(at(row)? as f64 + shift).across());
-            let marks = results.marks(&wanted, mark);
-            let name = format!("{planner}, {demos} demonstrations, noise {noise}");
-            Series::new(name, marks, Style::Points)
-        });
+        let series = SHOWN.map(|at| SETTINGS[at]).into_iter().enumerate().map(
+            |(at, (planner, demos, noise))| {
+                let wanted = json!({
+                    "planner": planner, "demonstrations": demos, "noise": noise, "what": DONE,
+                });
+                let shift = 0.2 * (1.5 - at as f64);
+                let at = |row: &Row| names.iter().position(|name| row.is("world", &json!(name)));
+                let mark = |row: &Row| Some(row.percent(at(row)? as f64 + shift).across());
+                let marks = results.marks(&wanted, mark);
+                let name = format!("{planner}, {demos} demonstrations, noise {noise}");
+                Series::new(name, marks, Style::Points)
+            },
+        );
         let series = series.collect();
         Some(Figure {
             title: "Test scenes done, with 95% intervals".into(),

@@ -73,8 +73,12 @@ impl Run {
         for (job, always) in self.spec.jobs.iter().zip(always) {
             let Some(rule) = self.rule(job.to) else { continue };
             for (body, at) in self.entries(rule) {
-                if !self.vacant(Some(body), self.kind(body).radius_m, at, &self.place(at, self.bodies[body].half_m))
-                    && self.spec.states[rule].is_spot()
+                if !self.vacant(
+                    Some(body),
+                    self.kind(body).radius_m,
+                    at,
+                    &self.place(at, self.bodies[body].half_m),
+                ) && self.spec.states[rule].is_spot()
                 {
                     continue;
                 }

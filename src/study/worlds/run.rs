@@ -358,13 +358,7 @@ impl Run {
     }
 
     /// Puts an object down at a target in the world frame. It comes to rest near it.
-    fn put_down(
-        &mut self,
-        body: usize,
-        at: At,
-        target: &Isometry3<f64>,
-        rng: &mut ChaCha8Rng,
-    ) {
+    fn put_down(&mut self, body: usize, at: At, target: &Isometry3<f64>, rng: &mut ChaCha8Rng) {
         let place = self.place(at, self.bodies[body].half_m);
         let local = place.inverse() * target;
         let local = rest(&self.spec.states[at.rule], self.kind(body).lie, &local, rng);
@@ -383,8 +377,7 @@ impl Run {
                     continue;
                 };
                 let at = At { rule, ..now };
-                let local =
-                    rest(&self.spec.states[rule], Lie::Flat, &Isometry3::identity(), rng);
+                let local = rest(&self.spec.states[rule], Lie::Flat, &Isometry3::identity(), rng);
                 self.put(body, at, self.place(at, self.bodies[body].half_m) * local);
             }
         }
@@ -437,9 +430,7 @@ impl Run {
         }
         let mut loose: Vec<(usize, At)> = (0..self.bodies.len())
             .filter_map(|body| Some((body, self.bodies[body].at?)))
-            .filter(|(body, at)| {
-                !self.spec.states[at.rule].is_spot() && self.allowed(*body, *at)
-            })
+            .filter(|(body, at)| !self.spec.states[at.rule].is_spot() && self.allowed(*body, *at))
             .collect();
         while !loose.is_empty() {
             let (body, at) = loose.swap_remove(rng.random_range(0..loose.len()));

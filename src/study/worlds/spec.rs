@@ -184,7 +184,9 @@ fn patch(value: &mut Value, change: Value) {
                 patch(fields.entry(name).or_insert(Value::Null), change);
             }
         }
-        (Value::Array(items), Value::Array(changes)) if changes.iter().all(|c| key(c).is_some()) => {
+        (Value::Array(items), Value::Array(changes))
+            if changes.iter().all(|c| key(c).is_some()) =>
+        {
             for change in changes {
                 match items.iter_mut().find(|item| key(item) == key(&change)) {
                     Some(item) => patch(item, change),

@@ -38,6 +38,8 @@ pub(super) struct Rest {
     pub last: usize,
     /// Median pose.
     pub pose: Pose,
+    /// Number of snapshots that show it.
+    pub seen: usize,
     pub came: Came,
 }
 
@@ -130,6 +132,11 @@ impl<'r> Motion<'r> {
     /// Returns whether the poses have errors of sensing.
     pub fn is_noisy(&self) -> bool {
         self.noise.position_m > NOISY_M || self.outliers > 0
+    }
+
+    /// Returns whether a rest is no error of sensing: two snapshots agree on it, or there are no such errors.
+    pub fn is_sure(&self, rest: &Rest) -> bool {
+        rest.seen > 1 || !(self.is_noisy() || self.flickers)
     }
 
     /// Returns the rest of a track in a snapshot.
@@ -306,8 +313,8 @@ impl<'r> Motion<'r> {
         for slot in &mut self.at[demo][track][first..=last] {
             *slot = Some(index);
         }
-        let pose = median(&poses);
-        self.rests.push(Rest { demo, track, first, last, pose, came });
+        let (pose, seen) = (median(&poses), poses.len());
+        self.rests.push(Rest { demo, track, first, last, pose, seen, came });
     }
 }
 
