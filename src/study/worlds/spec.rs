@@ -160,7 +160,7 @@ pub(super) struct Spec {
 static ENTRIES: LazyLock<[Vec<Value>; 2]> = LazyLock::new(|| {
     let mut entries: Vec<Value> = Vec::new();
     [include_str!("kinds/plain.json"), include_str!("kinds/varied.json")].map(|text| {
-        let own: Vec<Value> = serde_json::from_str(text).expect("the file is sound");
+        let own: Vec<Value> = sound(serde_json::from_str(text));
         let from = entries.len();
         for entry in own {
             let like = entries.iter().find(|e| entry.get("like") == e.get("name"));
@@ -174,6 +174,11 @@ static ENTRIES: LazyLock<[Vec<Value>; 2]> = LazyLock::new(|| {
         entries[from..].to_vec()
     })
 });
+
+/// Returns what was read. The files are part of the program, and tests read each entry.
+fn sound<T>(read: Result<T, serde_json::Error>) -> T {
+    read.unwrap_or_else(|error| panic!("an entry of a world is not sound: {error}"))
+}
 
 /// Changes an entry: an item of a list changes the item of the same name or is added; other fields are replaced.
 fn patch(value: &mut Value, change: Value) {
@@ -202,7 +207,7 @@ impl Spec {
     /// The worlds of one of the two files.
     pub fn read(varied: bool) -> impl Iterator<Item = Self> {
         let entries = &ENTRIES[usize::from(varied)];
-        entries.iter().map(|entry| Self::deserialize(entry).expect("the entry is sound"))
+        entries.iter().map(|entry| sound(Self::deserialize(entry)))
     }
 
     /// What the world demands of a move into a state.
