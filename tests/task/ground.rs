@@ -85,7 +85,7 @@ fn learned(name: &str) -> (World, RelationalDomain) {
 
 #[test]
 fn eight_of_eight_seeds_teach_a_goal_and_six_of_eight_in_bins() {
-    for world in worlds::all() {
+    for world in worlds::plain() {
         let goals = (1..9).filter(|seed| !taught(&world, *seed).goals.is_empty()).count();
         assert_eq!(goals, if world.name() == "bins" { 6 } else { 8 }, "{}", world.name());
     }
@@ -475,7 +475,7 @@ fn tell(
 fn the_graph_agrees_with_the_reference_planner() {
     let only = std::env::var("WORLD").ok();
     let mut all = Agreement::default();
-    for world in worlds::all().iter().filter(|w| only.as_ref().is_none_or(|o| o == w.name())) {
+    for world in worlds::plain().iter().filter(|w| only.as_ref().is_none_or(|o| o == w.name())) {
         let own = compare(world, 2, 3, 6);
         all.no_problem += own.no_problem;
         all.situations += own.situations;
@@ -530,7 +530,7 @@ fn anywhere(problem: &Problem<'_>, rng: &mut impl rand::Rng) -> Situation {
 fn facts_that_exclude_each_other_hold_together_in_no_situation_and_most_such_pairs_are_found() {
     let mut rng = Seed::new(5).rng();
     let (mut found, mut never) = (0, 0);
-    for world in worlds::all() {
+    for world in worlds::plain() {
         let name = world.name();
         let (world, domain) = learned(name);
         let layout = scene(&world, &domain, |layout| Problem::new(&domain, layout).is_ok());

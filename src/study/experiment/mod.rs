@@ -36,7 +36,7 @@ pub use shard::Shard;
 pub use status::{CellStatus, Missing, Plan, ShardState, ShardStatus, Status};
 
 /// Maximum number of values that a trial can return.
-pub const MAX_READINGS: usize = 8;
+pub const MAX_READINGS: usize = 10;
 
 /// The result of a trial: a number for each reading of its cell, NaN if there is none.
 pub type TrialOutcome = [f64; MAX_READINGS];

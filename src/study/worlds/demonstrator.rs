@@ -71,9 +71,10 @@ impl Run {
                 self.references(rule).into_iter().all(|on| self.count(to, on) > 0)
             }
             Quota::EachObject => {
-                self.of_kind(self.spec.rules[rule].state.kind).all(|body| self.is_in(body, to))
+                self.of_kind(self.spec.states[rule].kind).all(|body| self.is_in(body, to))
             }
             Quota::Empty(state) => self.count(state, None) == 0,
+            Quota::Unless(other) => self.count(to, None) + self.count(other, None) > 0,
         }
     }
 
@@ -99,10 +100,11 @@ impl Run {
         at: At,
         rng: &mut ChaCha8Rng,
     ) -> Option<Isometry3<f64>> {
-        let place = self.place(at);
+        let place = self.place(at, self.bodies[body].half_m);
         let kind = self.kind(body);
+        let careless = self.spec.careless;
         (0..DRAWS).find_map(|_| {
-            let target = place * draw(&self.spec.rules[at.rule].state, kind.lie, rng);
+            let target = place * draw(&self.spec.states[at.rule], kind.lie, careless, rng);
             self.vacant(Some(body), kind.radius_m, at, &target).then_some(target)
         })
     }

@@ -46,9 +46,19 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// Returns the number of solved episodes.
+    /// Returns the number of episodes in which the goal was reached and recognised.
+    pub fn done(&self) -> usize {
+        self.outcomes.iter().filter(|o| o.done()).count()
+    }
+
+    /// Returns the number of episodes in which the goal was reached.
     pub fn solved(&self) -> usize {
         self.outcomes.iter().filter(|o| o.solved).count()
+    }
+
+    /// Returns the number of episodes in which the goal was held for reached and was not.
+    pub fn false_goals(&self) -> usize {
+        self.outcomes.iter().filter(|o| o.met && !o.solved).count()
     }
 }
 
@@ -110,18 +120,14 @@ pub fn episodes(
         let seed = trial.seed.derive_index("test", episode as u64);
         let mut run = world.begin(seed, Stage::Test);
         let mut last: Option<Layout> = None;
-        let mut trouble = None;
         let mut tried: Vec<(usize, usize)> = Vec::new();
-        let outcome = carry_out(&mut run, MOST_MOVES, &trial.sensing, seed, |scene| {
+        let (outcome, trouble) = carry_out(&mut run, MOST_MOVES, &trial.sensing, seed, |scene| {
             let layout = seen(&classifier, last.as_ref(), scene);
             let step = next(domain, &layout, &mut tried, trial);
             last = Some(layout);
-            step.unwrap_or_else(|reason| {
-                trouble = Some(reason);
-                None
-            })
+            step
         });
-        if !outcome.solved {
+        if !outcome.done() {
             let why = trouble.unwrap_or_else(|| format!("{outcome:?}"));
             troubles.push(format!("episode {episode}: {why}"));
         }

@@ -47,7 +47,7 @@ pub(super) fn explore(spec: &Arc<Spec>) -> Vec<BTreeSet<Need>> {
 impl Run {
     /// Draws a state that is possible now, and a move into it.
     fn legal_move(&self, rng: &mut ChaCha8Rng) -> Option<(Arc<str>, Pose)> {
-        let mut rules: Vec<usize> = (0..self.spec.rules.len()).collect();
+        let mut rules: Vec<usize> = (0..self.spec.states.len()).collect();
         while !rules.is_empty() {
             let rule = rules.swap_remove(rng.random_range(0..rules.len()));
             let mut entries = self.entries(rule);
@@ -73,8 +73,12 @@ impl Run {
         for (job, always) in self.spec.jobs.iter().zip(always) {
             let Some(rule) = self.rule(job.to) else { continue };
             for (body, at) in self.entries(rule) {
-                if !self.vacant(Some(body), self.kind(body).radius_m, at, &self.place(at))
-                    && self.spec.rules[rule].state.is_spot()
+                if !self.vacant(
+                    Some(body),
+                    self.kind(body).radius_m,
+                    at,
+                    &self.place(at, self.bodies[body].half_m),
+                ) && self.spec.states[rule].is_spot()
                 {
                     continue;
                 }
@@ -90,8 +94,8 @@ impl Run {
     /// All needs that would be met by a move of `body` onto `on`.
     fn literals(&self, body: usize, on: Option<usize>) -> BTreeSet<Need> {
         let mut found = BTreeSet::new();
-        for rule in &self.spec.rules {
-            let state = rule.state.name;
+        for rule in &self.spec.states {
+            let state = rule.name;
             if self.is_in(body, state) {
                 found.insert(Need::Object(state));
             }
@@ -99,11 +103,14 @@ impl Run {
                 found.insert(Need::Reference(state));
             }
             let others = |b: &usize| *b != body && Some(*b) != on;
+            if self.holds(&Need::Every(state), body, on) {
+                found.insert(Need::Every(state));
+            }
             let somewhere = (0..self.bodies.len()).filter(others).any(|b| self.is_in(b, state));
             let need = if somewhere { Need::Somewhere(state) } else { Need::Nowhere(state) };
             found.insert(need);
             // A state in another frame has nothing to do with the reference object.
-            if let Some(on) = on.filter(|on| rule.state.frame == Some(self.kind(*on).name)) {
+            if let Some(on) = on.filter(|on| rule.frame == Some(self.kind(*on).name)) {
                 let here = (0..self.bodies.len()).filter(others).filter(|b| {
                     self.is_in(*b, state) && self.bodies[*b].at.and_then(|at| at.on) == Some(on)
                 });

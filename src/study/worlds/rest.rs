@@ -22,8 +22,11 @@ const HAND_DEG: f64 = 0.2;
 /// A target may be this much above or below the heights of an area, in metres.
 const ABOVE_AREA_M: f64 = 0.02;
 
-/// Share of the tolerance that a demonstrator uses at most.
+/// Share of the tolerance that a careful demonstrator uses at most.
 const CAREFUL: f64 = 0.8;
+
+/// Standard deviation of a careful demonstrator's targets in the horizontal plane, per coordinate, by the tolerance.
+const SPREAD: f64 = 0.2;
 
 /// An object lies flat or on its side if its axis is at most this far from doing so, in degrees.
 const LEVEL_DEG: f64 = 5.0;
@@ -80,11 +83,21 @@ impl Lie {
     }
 }
 
-/// Draws a target in a state.
-pub(super) fn draw(state: &TrueState, lie: Lie, rng: &mut ChaCha8Rng) -> Isometry3<f64> {
+/// Draws a target in a state: near the middle of the tolerance, or anywhere in it if the demonstrator is `careless`.
+pub(super) fn draw(
+    state: &TrueState,
+    lie: Lie,
+    careless: bool,
+    rng: &mut ChaCha8Rng,
+) -> Isometry3<f64> {
     let position = match state.extent {
-        Extent::Spot { tolerance_m, spread_m } => {
-            let limit = CAREFUL * tolerance_m;
+        Extent::Spot { tolerance_m } if careless => {
+            // The root makes the points uniform in the disc.
+            let from = Vector3::x() * (tolerance_m * rng.random::<f64>().sqrt());
+            yaw(rng.random_range(-PI..PI)) * from
+        }
+        Extent::Spot { tolerance_m } => {
+            let (limit, spread_m) = (CAREFUL * tolerance_m, SPREAD * tolerance_m);
             let offset = Vector3::new(normal(rng, spread_m), normal(rng, spread_m), 0.0);
             if offset.norm() > limit { offset * (limit / offset.norm()) } else { offset }
         }
@@ -96,7 +109,10 @@ pub(super) fn draw(state: &TrueState, lie: Lie, rng: &mut ChaCha8Rng) -> Isometr
         Turn::Free => lie.draw(rng),
         Turn::Axis => yaw(rng.random_range(-PI..PI)),
         Turn::Full => match state.extent {
-            Extent::Spot { tolerance_m, .. } if tolerance_m > TIGHT_M => {
+            Extent::Spot { tolerance_m } if careless && tolerance_m > TIGHT_M => {
+                yaw(state.tolerance_deg.to_radians() * rng.random_range(-1.0..1.0))
+            }
+            Extent::Spot { tolerance_m } if tolerance_m > TIGHT_M => {
                 let limit = CAREFUL * state.tolerance_deg;
                 let angle = normal(rng, 0.25 * state.tolerance_deg).clamp(-limit, limit);
                 yaw(angle.to_radians())
@@ -111,7 +127,7 @@ pub(super) fn draw(state: &TrueState, lie: Lie, rng: &mut ChaCha8Rng) -> Isometr
 pub(super) fn fits(state: &TrueState, target: &Isometry3<f64>) -> bool {
     let offset = target.translation.vector;
     let near = match state.extent {
-        Extent::Spot { tolerance_m, .. } => offset.norm() <= tolerance_m,
+        Extent::Spot { tolerance_m } => offset.norm() <= tolerance_m,
         Extent::Area { half_m: [x, y], depth_m } => {
             let heights = -ABOVE_AREA_M..=depth_m + ABOVE_AREA_M;
             offset.x.abs() <= x && offset.y.abs() <= y && heights.contains(&offset.z)
@@ -137,7 +153,7 @@ pub(super) fn rest(
     let mut tight = false;
     let mut height = normal(rng, HEIGHT_M);
     let [x, y] = match state.extent {
-        Extent::Spot { tolerance_m, .. } => {
+        Extent::Spot { tolerance_m } => {
             tight = tolerance_m <= TIGHT_M;
             if tight { hand } else { [put.x + hand[0], put.y + hand[1]] }
         }

@@ -1,14 +1,15 @@
 //! Carries out moves by the rules of a [`Spec`].
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::rest::{draw, fits, rest};
 use super::spec::{Count, Job, Kind, Lie, Quota, Spec, Start};
-use super::truth::{Extent, Need};
+use super::truth::{Extent, Need, TrueGoal};
 use super::{Resting, Stage};
 use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
@@ -41,6 +42,9 @@ pub(super) struct Body {
     pub kind: usize,
     pub pose: Isometry3<f64>,
     pub at: Option<At>,
+    /// Number of the object's size, and half of its height, in metres.
+    pub size: usize,
+    pub half_m: f64,
 }
 
 /// A job of this run: its quota with drawn numbers, and whether it is complete.
@@ -82,10 +86,16 @@ impl Run {
             Quota::Drawn(low, high) => Quota::Total(rng.random_range(low..=high)),
             quota => quota,
         };
-        let duties =
-            spec.jobs.iter().map(|job| Duty { quota: duty(job, &mut rng), done: false }).collect();
+        let turn = match stage {
+            Stage::Demonstration(number) => number % 2,
+            Stage::Test => seed.derive(spec.name, "turn").rng().random_range(0..2),
+        };
+        let in_turn = |own: Option<usize>| own.is_none_or(|own| own == turn);
+        let duties = (spec.jobs.iter())
+            .map(|job| Duty { quota: duty(job, &mut rng), done: !in_turn(job.in_turn) })
+            .collect();
         let mut run = Self { spec: spec.clone(), seed, bodies: Vec::new(), duties, moves: 0 };
-        for (index, kind) in spec.kinds.iter().enumerate() {
+        for (index, kind) in spec.kinds.iter().enumerate().filter(|(_, k)| in_turn(k.in_turn)) {
             let count = match kind.count {
                 Count::Any(low, high) => rng.random_range(low..=high),
                 Count::Differs { shown, test } => {
@@ -96,14 +106,19 @@ impl Run {
                     run.of_kind(kind).count() + rng.random_range(0..=more)
                 }
             };
+            let sizes = kind.half_heights_m.len();
+            let smallest = if sizes > 0 { rng.random_range(0..sizes) } else { 0 };
             for number in 0..count {
                 let id = format!("{}_{number}", kind.name).into();
-                let first = match stage {
-                    Stage::Demonstration(demo) => (demo + number) % 2 == 0,
-                    Stage::Test => rng.random(),
+                let first = match (stage, kind.start) {
+                    (Stage::Demonstration(demo), Start::Seldom { demos, .. }) => demo >= demos,
+                    (Stage::Demonstration(demo), _) => (demo + number) % 2 == 0,
+                    (Stage::Test, _) => rng.random(),
                 };
-                let (pose, at) = run.start(kind, first, &mut rng);
-                run.bodies.push(Body { id, kind: index, pose, at });
+                let size = (smallest + number) % sizes.max(1);
+                let half_m = kind.half_heights_m.get(size).copied().unwrap_or(0.0);
+                let (pose, at) = run.start(kind, half_m, first, &mut rng);
+                run.bodies.push(Body { id, kind: index, pose, at, size, half_m });
             }
         }
         run.trigger(&mut rng);
@@ -114,22 +129,20 @@ impl Run {
     fn start(
         &self,
         kind: &Kind,
+        half_m: f64,
         first: bool,
         rng: &mut ChaCha8Rng,
     ) -> (Isometry3<f64>, Option<At>) {
         let state = match kind.start {
-            Start::Fixed(pose) => return (isometry(&pose), None),
-            Start::Anywhere { x, y, z, turn } => {
+            Start::Fixed(point) => return (isometry(&Pose::at(point)), None),
+            Start::Anywhere { x, y, z } => {
                 let mut pose = Isometry3::identity();
                 for _ in 0..DRAWS {
                     let x = rng.random_range(x[0]..=x[1]);
                     let y = rng.random_range(y[0]..=y[1]);
-                    let yaw = rng.random_range(-turn..=turn);
-                    pose = isometry(&super::spec::turned(
-                        Pose::at([x, y, z]),
-                        [0.0, 0.0, 1.0],
-                        yaw.to_degrees(),
-                    ));
+                    let yaw = rng.random_range(-PI..=PI).to_degrees().to_radians();
+                    let turn = UnitQuaternion::new(Vector3::z() * yaw);
+                    pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
                     if self.clear(None, kind.radius_m, None, &pose) {
                         break;
                     }
@@ -137,8 +150,8 @@ impl Run {
                 return (pose, None);
             }
             Start::In(state) => state,
-            Start::Either(one, _) if first => one,
-            Start::Either(_, other) => other,
+            Start::Either(one, _) | Start::Seldom { usual: one, .. } if first => one,
+            Start::Either(_, other) | Start::Seldom { other, .. } => other,
         };
         let Some(rule) = self.rule(state) else { return (Isometry3::identity(), None) };
         let mut start = (Isometry3::identity(), None);
@@ -148,11 +161,11 @@ impl Run {
                 break;
             }
             let on = references[rng.random_range(0..references.len())];
-            let place = rng.random_range(0..self.spec.rules[rule].state.places.len());
+            let place = rng.random_range(0..self.spec.states[rule].places.len());
             let at = At { rule, on, place };
-            let local = draw(&self.spec.rules[rule].state, kind.lie, rng);
-            let local = rest(&self.spec.rules[rule].state, kind.lie, &local, rng);
-            let pose = self.place(at) * local;
+            let local = draw(&self.spec.states[rule], kind.lie, self.spec.careless, rng);
+            let local = rest(&self.spec.states[rule], kind.lie, &local, rng);
+            let pose = self.place(at, half_m) * local;
             start = (pose, Some(at));
             if self.vacant(None, kind.radius_m, at, &pose) {
                 break;
@@ -162,7 +175,7 @@ impl Run {
     }
 
     pub(super) fn rule(&self, state: &str) -> Option<usize> {
-        self.spec.rules.iter().position(|r| r.state.name == state)
+        self.spec.states.iter().position(|r| r.name == state)
     }
 
     pub(super) fn of_kind<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = usize> + 'a {
@@ -174,7 +187,7 @@ impl Run {
     }
 
     pub(super) fn is_in(&self, body: usize, state: &str) -> bool {
-        self.bodies[body].at.is_some_and(|at| self.spec.rules[at.rule].state.name == state)
+        self.bodies[body].at.is_some_and(|at| self.spec.states[at.rule].name == state)
     }
 
     /// The objects in a state; with `on`, only those relative to that reference object.
@@ -185,7 +198,7 @@ impl Run {
 
     /// All reference objects that a rule's state can have.
     pub(super) fn references(&self, rule: usize) -> Vec<Option<usize>> {
-        match self.spec.rules[rule].state.frame {
+        match self.spec.states[rule].frame {
             None => vec![None],
             Some(kind) => self.of_kind(kind).map(Some).collect(),
         }
@@ -193,7 +206,7 @@ impl Run {
 
     /// All places in a rule's state, for each of its reference objects.
     fn places(&self, rule: usize) -> impl Iterator<Item = At> + use<> {
-        let places = self.spec.rules[rule].state.places.len();
+        let places = self.spec.states[rule].places.len();
         let of = move |on| (0..places).map(move |place| At { rule, on, place });
         self.references(rule).into_iter().flat_map(of)
     }
@@ -201,13 +214,14 @@ impl Run {
     /// All moves into a rule's state that the rules allow.
     pub(super) fn moves_into(&self, rule: usize) -> Vec<(usize, At)> {
         let of = |body| self.places(rule).map(move |at| (body, at));
-        let moves = self.of_kind(self.spec.rules[rule].state.kind).flat_map(of);
+        let moves = self.of_kind(self.spec.states[rule].kind).flat_map(of);
         moves.filter(|(body, at)| self.allowed(*body, *at)).collect()
     }
 
-    /// The pose of a place in the world.
-    pub(super) fn place(&self, at: At) -> Isometry3<f64> {
-        let local = isometry(&self.spec.rules[at.rule].state.places[at.place]);
+    /// The pose of a place in the world, for an object of half the height `half_m`.
+    pub(super) fn place(&self, at: At, half_m: f64) -> Isometry3<f64> {
+        let mut local = isometry(&self.spec.states[at.rule].places[at.place]);
+        local.translation.z += half_m + at.on.map_or(0.0, |on| self.bodies[on].half_m);
         at.on.map_or(local, |on| self.bodies[on].pose * local)
     }
 
@@ -252,14 +266,14 @@ impl Run {
         at: At,
         pose: &Isometry3<f64>,
     ) -> bool {
-        match self.spec.rules[at.rule].state.extent {
+        match self.spec.states[at.rule].extent {
             Extent::Area { depth_m, .. } => {
                 depth_m > 0.0 || self.clear(body, radius_m, at.on, pose)
             }
             Extent::Spot { .. } => (0..self.bodies.len()).all(|other| {
                 let seat = self.bodies[other].at;
                 let apart = || {
-                    let place = self.place(at).translation.vector;
+                    let place = self.place(at, self.bodies[other].half_m).translation.vector;
                     (self.bodies[other].pose.translation.vector - place).norm()
                 };
                 Some(other) == body
@@ -269,7 +283,7 @@ impl Run {
         }
     }
 
-    fn holds(&self, need: &Need, body: usize, on: Option<usize>) -> bool {
+    pub(super) fn holds(&self, need: &Need, body: usize, on: Option<usize>) -> bool {
         let others = |state| {
             let others = (0..self.bodies.len()).filter(|b| *b != body && Some(*b) != on);
             others.filter(|b| self.is_in(*b, state)).count()
@@ -283,6 +297,10 @@ impl Run {
             Need::Somewhere(state) => others(state) > 0,
             Need::Nowhere(state) => others(state) == 0,
             Need::Clear(state) => on.is_some_and(|on| self.count(state, Some(on)) == 0),
+            Need::Every(state) => {
+                let kind = self.rule(state).map_or("", |rule| self.spec.states[rule].kind);
+                self.of_kind(kind).all(|b| b == body || Some(b) == on || self.is_in(b, state))
+            }
         }
     }
 
@@ -290,30 +308,32 @@ impl Run {
     pub(super) fn allowed(&self, body: usize, at: At) -> bool {
         let kind = self.kind(body);
         let loaded = || self.bodies.iter().any(|b| b.at.and_then(|at| at.on) == Some(body));
-        if !kind.movable || (!kind.carries && loaded()) {
+        if kind.fixture || (!kind.carries && loaded()) {
             return false;
         }
         if at.on.is_some_and(|on| on == body || self.rests_on(on, body)) {
             return false;
         }
-        let rule = &self.spec.rules[at.rule];
-        let enter = rule.needs.iter().chain(&rule.reach).all(|n| self.holds(n, body, at.on));
-        enter
+        let rule = &self.spec.states[at.rule];
+        let holds = |need: &Need| self.holds(need, body, at.on);
+        rule.size.is_none_or(|size| size == self.bodies[body].size)
+            && rule.needs.iter().chain(&rule.reach).all(holds)
+            && (rule.either.is_empty() || rule.either.iter().any(holds))
             && self.bodies[body].at.is_none_or(|now| {
-                self.spec.rules[now.rule].reach.iter().all(|n| self.holds(n, body, now.on))
+                self.spec.states[now.rule].reach.iter().all(|n| self.holds(n, body, now.on))
             })
     }
 
     /// The states at a target pose that the rules let the object enter, nearest first.
     fn targets(&self, body: usize, target: &Isometry3<f64>) -> Vec<At> {
         let mut found = Vec::new();
-        for (rule, candidate) in self.spec.rules.iter().enumerate() {
-            if candidate.state.kind != self.kind(body).name {
+        for (rule, candidate) in self.spec.states.iter().enumerate() {
+            if candidate.kind != self.kind(body).name {
                 continue;
             }
             for at in self.places(rule) {
-                let local = self.place(at).inverse() * target;
-                if fits(&candidate.state, &local)
+                let local = self.place(at, self.bodies[body].half_m).inverse() * target;
+                if fits(candidate, &local)
                     && self.allowed(body, at)
                     && self.vacant(Some(body), self.kind(body).radius_m, at, target)
                 {
@@ -337,21 +357,28 @@ impl Run {
         self.bodies[body].at = Some(at);
     }
 
+    /// Puts an object down at a target in the world frame. It comes to rest near it.
+    fn put_down(&mut self, body: usize, at: At, target: &Isometry3<f64>, rng: &mut ChaCha8Rng) {
+        let place = self.place(at, self.bodies[body].half_m);
+        let local = place.inverse() * target;
+        let local = rest(&self.spec.states[at.rule], self.kind(body).lie, &local, rng);
+        self.put(body, at, place * local);
+    }
+
     /// Moves the objects that no hand moves.
     fn trigger(&mut self, rng: &mut ChaCha8Rng) {
         for trigger in self.spec.clone().triggers.iter().copied() {
             let on = self.count(trigger.when, None) > 0;
             let state = if on { trigger.then } else { trigger.otherwise };
             let Some(rule) = self.rule(state) else { continue };
-            let kind = self.spec.rules[rule].state.kind;
+            let kind = self.spec.states[rule].kind;
             for body in self.of_kind(kind).collect::<Vec<_>>() {
                 let Some(now) = self.bodies[body].at.filter(|now| now.rule != rule) else {
                     continue;
                 };
                 let at = At { rule, ..now };
-                let local =
-                    rest(&self.spec.rules[rule].state, Lie::Flat, &Isometry3::identity(), rng);
-                self.put(body, at, self.place(at) * local);
+                let local = rest(&self.spec.states[rule], Lie::Flat, &Isometry3::identity(), rng);
+                self.put(body, at, self.place(at, self.bodies[body].half_m) * local);
             }
         }
     }
@@ -375,7 +402,7 @@ impl Run {
     /// Returns the true state of each object, in the order of [`Run::snapshot`]; `None` for a fixture without states.
     pub(super) fn resting(&self) -> Vec<Option<Resting>> {
         let resting = |at: At| Resting {
-            state: self.spec.rules[at.rule].state.name,
+            state: self.spec.states[at.rule].name,
             reference: at.on.map(|on| self.bodies[on].id.clone()),
         };
         self.bodies.iter().map(|body| body.at.map(resting)).collect()
@@ -388,20 +415,40 @@ impl Run {
         let target = isometry(target);
         let Some(at) = self.targets(body, &target).first().copied() else { return false };
         let mut rng = self.seed.derive_index("rest", self.moves).rng();
-        let local = self.place(at).inverse() * target;
-        let local = rest(&self.spec.rules[at.rule].state, self.kind(body).lie, &local, &mut rng);
-        self.put(body, at, self.place(at) * local);
+        self.put_down(body, at, &target, &mut rng);
         self.moves += 1;
         self.trigger(&mut rng);
         true
     }
 
+    /// Lets another hand, with the world's probability, move a drawn object that lies loose to another point of where it
+    /// lies. No event tells of it.
+    pub(super) fn disturb(&mut self) {
+        let mut rng = self.seed.derive_index("bystander", self.moves).rng();
+        if rng.random::<f64>() >= self.spec.bystander {
+            return;
+        }
+        let mut loose: Vec<(usize, At)> = (0..self.bodies.len())
+            .filter_map(|body| Some((body, self.bodies[body].at?)))
+            .filter(|(body, at)| !self.spec.states[at.rule].is_spot() && self.allowed(*body, *at))
+            .collect();
+        while !loose.is_empty() {
+            let (body, at) = loose.swap_remove(rng.random_range(0..loose.len()));
+            if let Some(to) = self.free_target(body, at, &mut rng) {
+                return self.put_down(body, at, &to, &mut rng);
+            }
+        }
+    }
+
     /// Returns whether the goal is reached.
     pub fn solved(&self) -> bool {
-        self.spec.goal.iter().all(|goal| {
-            let Some(state) = self.rule(goal.state).map(|r| &self.spec.rules[r].state) else {
-                return false;
-            };
+        let holds = |goals: &[TrueGoal]| goals.iter().all(|goal| self.reached(goal));
+        let (one, other) = (&self.spec.goal, &self.spec.or_goal);
+        holds(one) || (!other.is_empty() && holds(other))
+    }
+
+    fn reached(&self, goal: &TrueGoal) -> bool {
+        self.rule(goal.state).map(|rule| &self.spec.states[rule]).is_some_and(|state| {
             match goal.each {
                 None => self.count(goal.state, None) >= goal.at_least,
                 Some(each) if each == state.kind => {

@@ -1,15 +1,15 @@
-//! Worlds as data: kinds of objects, states, rules, and the demonstrator's jobs.
+//! Worlds as data: kinds of objects, states, rules, and the demonstrator's jobs. The worlds stand in `kinds/*.json`.
 
-use std::f64::consts::PI;
+use std::sync::LazyLock;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use serde::Deserialize;
+use serde_json::Value;
 
-use super::truth::{Extent, Need, TrueGoal, TrueState, Turn};
-use crate::robot::Pose;
-use crate::robot::pose::quaternion_array;
+use super::truth::{Need, TrueGoal, TrueState};
 
 /// How many objects of a kind there are.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Count {
     /// A number drawn from a range, the same in demonstrations and tests.
     Any(usize, usize),
@@ -19,23 +19,34 @@ pub(super) enum Count {
     Like { kind: &'static str, more: usize },
 }
 
+impl Default for Count {
+    fn default() -> Self {
+        Self::Any(1, 1)
+    }
+}
+
 /// Where an object is when a run begins.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Start {
     /// In a state, relative to a drawn reference object.
     In(&'static str),
     /// Alternately in the first and the second state; drawn in tests.
     Either(&'static str, &'static str),
-    /// Always at the same pose, in no state.
-    Fixed(Pose),
-    /// Anywhere in a rectangle of the world `[[x, x], [y, y]]`, turned by up to `turn` radians, in no state.
-    Anywhere { x: [f64; 2], y: [f64; 2], z: f64, turn: f64 },
+    /// In one state in the first `demos` demonstrations and in the usual state in the others; drawn in tests.
+    Seldom { usual: &'static str, other: &'static str, demos: usize },
+    /// Always at the same point, in no state.
+    Fixed([f64; 3]),
+    /// Anywhere in a rectangle of the world `[[x, x], [y, y]]`, turned by any angle, in no state.
+    Anywhere { x: [f64; 2], y: [f64; 2], z: f64 },
 }
 
 /// How an object lies on a surface if its orientation is free.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(super) enum Lie {
     /// With its z axis upwards.
+    #[default]
     Flat,
     /// On its side, with its z axis horizontal.
     Side,
@@ -43,32 +54,39 @@ pub(super) enum Lie {
     Tumbled,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Kind {
     pub name: &'static str,
+    #[serde(default)]
     pub count: Count,
+    /// The kind is there in every second run: 0 in even demonstrations, 1 in odd ones; drawn in tests.
+    #[serde(default)]
+    pub in_turn: Option<usize>,
     pub start: Start,
-    /// Whether a hand can move the object.
-    pub movable: bool,
+    /// Whether no hand can move the object.
+    #[serde(default)]
+    pub fixture: bool,
     /// Whether the object can be moved while something rests on it or in it.
+    #[serde(default)]
     pub carries: bool,
+    #[serde(default)]
     pub lie: Lie,
     /// Radius of the footprint, in metres.
+    #[serde(default = "small")]
     pub radius_m: f64,
+    /// Half of the heights that objects of the kind have in turn, in metres. An object stands so much above its place.
+    #[serde(default)]
+    pub half_heights_m: Vec<f64>,
 }
 
-/// A state with its rules.
-#[derive(Debug, Clone)]
-pub(super) struct Rule {
-    pub state: TrueState,
-    /// Conditions for entering the state.
-    pub needs: Vec<Need>,
-    /// Conditions for entering and leaving the state.
-    pub reach: Vec<Need>,
+fn small() -> f64 {
+    0.025
 }
 
 /// When a job is complete.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(super) enum Quota {
     /// So many objects are in the state.
     Total(usize),
@@ -80,224 +98,121 @@ pub(super) enum Quota {
     EachObject,
     /// No object is left in the given state.
     Empty(&'static str),
+    /// An object is in the state or in the given one, whichever came first.
+    Unless(&'static str),
 }
 
 /// Something that the demonstrator does.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Job {
     pub to: &'static str,
     pub quota: Quota,
     /// States of the jobs that must be complete before this one begins.
+    #[serde(default)]
     pub after: Vec<&'static str>,
+    /// The object stays where it is and is only turned.
+    #[serde(default)]
     pub in_place: bool,
+    /// The job is done in every second run, as [`Kind::in_turn`].
+    #[serde(default)]
+    pub in_turn: Option<usize>,
 }
 
 /// An object that moves without a hand: while some object is in `when`, objects of the kind are in `then`, otherwise in
 /// `otherwise`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Trigger {
     pub when: &'static str,
     pub then: &'static str,
     pub otherwise: &'static str,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Spec {
     pub name: &'static str,
+    /// What is difficult about the world.
+    pub about: &'static str,
     pub kinds: Vec<Kind>,
-    pub rules: Vec<Rule>,
+    /// The states. An object enters a state by its rules alone.
+    pub states: Vec<TrueState>,
     pub jobs: Vec<Job>,
+    #[serde(default)]
     pub triggers: Vec<Trigger>,
+    /// The demonstrator always completes the job for the first state before the job for the second.
+    #[serde(default)]
     pub habits: Vec<(&'static str, &'static str)>,
     pub goal: Vec<TrueGoal>,
+    /// A second goal; either of the two suffices. Empty if there is one.
+    #[serde(default)]
+    pub or_goal: Vec<TrueGoal>,
+    /// Whether the demonstrator uses the whole tolerance of a place.
+    #[serde(default)]
+    pub careless: bool,
+    /// Probability that another hand moves a loose object between two moves.
+    #[serde(default)]
+    pub bystander: f64,
 }
 
-/// The pose `[x, y, z]`, unrotated.
-pub(super) fn at(x: f64, y: f64, z: f64) -> Pose {
-    Pose::at([x, y, z])
-}
-
-/// `pose` with an orientation given by an axis and an angle in degrees.
-pub(super) fn turned(pose: Pose, axis: [f64; 3], degrees: f64) -> Pose {
-    let turn = UnitQuaternion::new(Vector3::from(axis) * degrees.to_radians());
-    Pose { orientation: quaternion_array(&turn), ..pose }
-}
-
-/// A state at one or several points of a frame.
-pub(super) fn spot(
-    name: &'static str,
-    kind: &'static str,
-    frame: &'static str,
-    places: &[Pose],
-) -> Rule {
-    let extent = Extent::Spot { tolerance_m: 3e-3, spread_m: 0.0 };
-    let places = places.to_vec();
-    let state = TrueState {
-        name,
-        kind,
-        frame: Some(frame),
-        places,
-        extent,
-        turn: Turn::Axis,
-        tolerance_deg: 5.0,
-    };
-    Rule { state, needs: Vec::new(), reach: Vec::new() }
-}
-
-/// A state anywhere on a flat rectangle, in the world unless [`Rule::of`] gives a frame.
-pub(super) fn area(name: &'static str, kind: &'static str, centre: Pose, half_m: [f64; 2]) -> Rule {
-    let mut rule = spot(name, kind, "", &[centre]);
-    rule.state.frame = None;
-    rule.state.turn = Turn::Free;
-    rule.state.extent = Extent::Area { half_m, depth_m: 0.0 };
-    rule
-}
-
-/// A state anywhere on the table of the worlds whose parts lie loose.
-pub(super) fn on_table(name: &'static str, kind: &'static str, height: f64) -> Rule {
-    area(name, kind, at(-0.1, 0.3, height), [0.25, 0.25])
-}
-
-impl Rule {
-    pub fn of(mut self, frame: &'static str) -> Self {
-        self.state.frame = Some(frame);
-        self
-    }
-
-    pub fn turn(mut self, turn: Turn) -> Self {
-        self.state.turn = turn;
-        self
-    }
-
-    pub fn tolerance(mut self, millimetres: f64, degrees: f64) -> Self {
-        let tolerance_m = millimetres * 1e-3;
-        self.state.extent = Extent::Spot { tolerance_m, spread_m: 0.2 * tolerance_m };
-        self.state.tolerance_deg = degrees;
-        self
-    }
-
-    pub fn depth(mut self, metres: f64) -> Self {
-        if let Extent::Area { depth_m, .. } = &mut self.state.extent {
-            *depth_m = metres;
+/// The entries of the worlds, in their order: the plain ones and those with variety.
+static ENTRIES: LazyLock<[Vec<Value>; 2]> = LazyLock::new(|| {
+    let mut entries: Vec<Value> = Vec::new();
+    [include_str!("kinds/plain.json"), include_str!("kinds/varied.json")].map(|text| {
+        let own: Vec<Value> = sound(serde_json::from_str(text));
+        let from = entries.len();
+        for entry in own {
+            let like = entries.iter().find(|e| entry.get("like") == e.get("name"));
+            let mut world = like.cloned().unwrap_or(Value::Null);
+            patch(&mut world, entry);
+            if let Value::Object(fields) = &mut world {
+                fields.remove("like");
+            }
+            entries.push(world);
         }
-        self
-    }
+        entries[from..].to_vec()
+    })
+});
 
-    pub fn needs(mut self, needs: &[Need]) -> Self {
-        self.needs = needs.to_vec();
-        self
-    }
-
-    pub fn reach(mut self, needs: &[Need]) -> Self {
-        self.reach = needs.to_vec();
-        self
-    }
+/// Returns what was read. The files are part of the program, and tests read each entry.
+fn sound<T>(read: Result<T, serde_json::Error>) -> T {
+    read.unwrap_or_else(|error| panic!("an entry of a world is not sound: {error}"))
 }
 
-impl Kind {
-    /// A kind that nobody moves, with one object.
-    pub fn fixture(name: &'static str, start: Start) -> Self {
-        let count = Count::Any(1, 1);
-        let (lie, radius_m) = (Lie::Flat, 0.08);
-        Self { name, count, start, movable: false, carries: true, lie, radius_m }
+/// Changes an entry: an item of a list changes the item of the same name or is added; other fields are replaced.
+fn patch(value: &mut Value, change: Value) {
+    let key = |item: &Value| ["name", "to"].iter().find_map(|key| item.get(key).cloned());
+    match (value, change) {
+        (Value::Object(fields), change @ Value::Object(_)) if key(&change).is_some() => {
+            for (name, change) in change.as_object().cloned().unwrap_or_default() {
+                patch(fields.entry(name).or_insert(Value::Null), change);
+            }
+        }
+        (Value::Array(items), Value::Array(changes))
+            if changes.iter().all(|c| key(c).is_some()) =>
+        {
+            for change in changes {
+                match items.iter_mut().find(|item| key(item) == key(&change)) {
+                    Some(item) => patch(item, change),
+                    None => items.push(change),
+                }
+            }
+        }
+        (value, change) => *value = change,
     }
-
-    /// A kind that hands move and that nothing can rest on while it is moved.
-    pub fn part(name: &'static str, count: Count, start: Start) -> Self {
-        let kind = Self::fixture(name, start);
-        Self { count, movable: true, carries: false, radius_m: 0.025, ..kind }
-    }
-
-    pub fn count(self, count: Count) -> Self {
-        Self { count, ..self }
-    }
-
-    pub fn lie(self, lie: Lie) -> Self {
-        Self { lie, ..self }
-    }
-
-    pub fn radius(self, radius_m: f64) -> Self {
-        Self { radius_m, ..self }
-    }
-
-    pub fn carries(self) -> Self {
-        Self { carries: true, ..self }
-    }
-}
-
-/// A fixture's start anywhere in a rectangle, turned by any angle.
-pub(super) fn anywhere(x: [f64; 2], y: [f64; 2], z: f64) -> Start {
-    Start::Anywhere { x, y, z, turn: PI }
 }
 
 impl Spec {
-    pub fn new(name: &'static str) -> Self {
-        Self {
-            name,
-            kinds: Vec::new(),
-            rules: Vec::new(),
-            jobs: Vec::new(),
-            triggers: Vec::new(),
-            habits: Vec::new(),
-            goal: Vec::new(),
-        }
-    }
-
-    pub fn kinds(mut self, kinds: impl IntoIterator<Item = Kind>) -> Self {
-        self.kinds.extend(kinds);
-        self
-    }
-
-    pub fn states(mut self, rules: impl IntoIterator<Item = Rule>) -> Self {
-        self.rules.extend(rules);
-        self
-    }
-
-    pub fn job(mut self, to: &'static str, quota: Quota) -> Self {
-        self.jobs.push(Job { to, quota, after: Vec::new(), in_place: false });
-        self
-    }
-
-    /// The job added last begins when the jobs for `states` are complete.
-    pub fn after(mut self, states: &[&'static str]) -> Self {
-        if let Some(job) = self.jobs.last_mut() {
-            job.after.extend(states);
-        }
-        self
-    }
-
-    /// The job added last leaves its object where it is and only turns it.
-    pub fn in_place(mut self) -> Self {
-        if let Some(job) = self.jobs.last_mut() {
-            job.in_place = true;
-        }
-        self
-    }
-
-    /// The demonstrator always completes the job for `first` before the job for `then`.
-    pub fn habit(mut self, first: &'static str, then: &'static str) -> Self {
-        self.habits.push((first, then));
-        self
-    }
-
-    pub fn trigger(mut self, trigger: Trigger) -> Self {
-        self.triggers.push(trigger);
-        self
-    }
-
-    pub fn goal(mut self, state: &'static str, at_least: usize) -> Self {
-        self.goal.push(TrueGoal { state, each: None, at_least });
-        self
-    }
-
-    pub fn goal_each(mut self, state: &'static str, each: &'static str) -> Self {
-        self.goal.push(TrueGoal { state, each: Some(each), at_least: 1 });
-        self
+    /// The worlds of one of the two files.
+    pub fn read(varied: bool) -> impl Iterator<Item = Self> {
+        let entries = &ENTRIES[usize::from(varied)];
+        entries.iter().map(|entry| sound(Self::deserialize(entry)))
     }
 
     /// What the world demands of a move into a state.
     pub fn needs_of(&self, state: &str) -> impl Iterator<Item = Need> {
-        let rules = self.rules.iter().filter(move |rule| rule.state.name == state);
+        let rules = self.states.iter().filter(move |rule| rule.name == state);
         rules.flat_map(|rule| rule.needs.iter().chain(&rule.reach).copied())
     }
 }

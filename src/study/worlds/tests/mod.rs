@@ -10,7 +10,7 @@ use super::episode::carry_out;
 use super::explore::explore;
 use super::run::{isometry as iso, pose};
 use super::score::{SaidState, score_needs, score_states};
-use super::spec::Rule;
+use super::spec::Start;
 use super::truth::{Extent, TrueState};
 use super::*;
 use crate::robot::Pose;
@@ -40,7 +40,7 @@ fn of(name: &str) -> World {
 
 impl World {
     fn state(&self, name: &str) -> &TrueState {
-        &self.0.rules.iter().find(|rule| rule.state.name == name).unwrap().state
+        self.0.states.iter().find(|state| state.name == name).unwrap()
     }
 }
 
@@ -68,26 +68,33 @@ fn targets(world: &World, run: &Run, state: &str) -> Vec<(Arc<str>, Pose)> {
 }
 
 #[test]
-fn there_are_twenty_worlds_that_name_only_their_own_kinds_and_states() {
+fn there_are_twenty_plain_worlds_and_each_world_names_only_its_own_kinds_and_states() {
     let worlds = all();
-    assert_eq!(worlds.len(), 20);
+    assert_eq!((plain().len(), varied().len()), (20, worlds.len() - 20));
     let names: HashSet<&str> = worlds.iter().map(World::name).collect();
     assert_eq!(names.len(), worlds.len());
     for world in &worlds {
         let (name, spec) = (world.name(), &world.0);
-        assert!(!spec.goal.is_empty() && !spec.jobs.is_empty(), "{name}");
+        assert!(!world.about().is_empty() && !spec.goal.is_empty() && !spec.jobs.is_empty());
         let kinds: HashSet<&str> = spec.kinds.iter().map(|kind| kind.name).collect();
-        for Rule { state, .. } in &spec.rules {
+        for state in &spec.states {
             assert!(kinds.contains(state.kind), "{name}: {}", state.kind);
             assert!(state.frame.is_none_or(|f| kinds.contains(f)), "{name}: {:?}", state.frame);
         }
-        let needs = spec.rules.iter().flat_map(|r| r.needs.iter().chain(&r.reach).map(Need::state));
+        let needs =
+            spec.states.iter().flat_map(|s| s.needs.iter().chain(&s.either).chain(&s.reach));
         let sides = spec.triggers.iter().flat_map(|t| [t.when, t.then, t.otherwise]);
         let habits = spec.habits.iter().flat_map(|(a, b)| [*a, *b]);
-        let goals = spec.goal.iter().map(|g| g.state);
+        let goals = spec.goal.iter().chain(&spec.or_goal).map(|g| g.state);
         let own = spec.jobs.iter().map(|job| job.to);
-        for state in needs.chain(sides).chain(habits).chain(goals).chain(own) {
-            assert!(spec.rules.iter().any(|rule| rule.state.name == state), "{name}: {state}");
+        let starts = spec.kinds.iter().flat_map(|kind| match kind.start {
+            Start::In(one) => vec![one],
+            Start::Either(one, other) | Start::Seldom { usual: one, other, .. } => vec![one, other],
+            Start::Fixed(_) | Start::Anywhere { .. } => Vec::new(),
+        });
+        let named = needs.map(Need::state).chain(sides).chain(habits).chain(goals).chain(own);
+        for state in named.chain(starts) {
+            assert!(spec.states.iter().any(|s| s.name == state), "{name}: {state}");
         }
     }
 }
@@ -135,7 +142,7 @@ fn a_move_against_an_order_that_the_world_needs_is_refused_and_changes_nothing()
 #[test]
 fn every_need_of_every_action_is_enforced() {
     // At the beginning no action with needs can be carried out at any exact target; the demonstrator can do it later.
-    for world in all() {
+    for world in plain() {
         for action in world.0.jobs.iter().filter(|job| world.0.needs_of(job.to).next().is_some()) {
             let (mut refused, mut accepted) = (0, 0);
             for seed in 0..4 {
@@ -159,7 +166,7 @@ fn every_need_of_every_action_is_enforced() {
 #[test]
 fn a_target_within_the_tolerance_is_accepted_and_one_outside_is_refused() {
     let (mut off, mut tilted) = (0, 0);
-    for world in all() {
+    for world in plain() {
         let jobs = &world.0.jobs;
         let mut run = world.begin(Seed::new(3), Stage::Demonstration(0));
         while let Some((object, target)) = run.next_move() {
@@ -229,7 +236,7 @@ fn objects_do_not_overlap_when_a_run_begins() {
                 let run = world.begin(Seed::new(seed), stage);
                 for (index, body) in run.bodies.iter().enumerate() {
                     let heap = body.at.is_some_and(|at| {
-                        let extent = run.spec.rules[at.rule].state.extent;
+                        let extent = run.spec.states[at.rule].extent;
                         !matches!(extent, Extent::Area { depth_m: 0.0, .. })
                     });
                     if !heap {

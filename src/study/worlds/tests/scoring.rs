@@ -89,17 +89,36 @@ fn an_episode_is_judged_by_the_world() {
     // The demonstrator's moves of an equal run are a plan.
     let mut planner = world.begin(Seed::new(1), Stage::Test);
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let outcome = carry_out(&mut run, 20, &exact, Seed::new(1), |_| {
-        let (object, target) = planner.next_move()?;
-        planner.act(&object, &target);
-        Some((object.as_ref().to_owned(), target))
+    let (outcome, trouble) = carry_out(&mut run, 20, &exact, Seed::new(1), |_| {
+        let next = planner.next_move();
+        if let Some((object, target)) = &next {
+            planner.act(object, target);
+        }
+        Ok(next.map(|(object, target)| (object.as_ref().to_owned(), target)))
     });
-    assert_eq!(outcome, Outcome { solved: true, stopped: true, accepted: 3, refused: 0 });
+    assert_eq!(outcome, Outcome { solved: true, met: true, accepted: 3, refused: 0 });
+    assert!(outcome.done() && trouble.is_none());
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let outcome = carry_out(&mut run, 20, &exact, Seed::new(1), |_| None);
-    assert!(outcome.stopped && !outcome.solved);
+    let (outcome, _) = carry_out(&mut run, 20, &exact, Seed::new(1), |_| Ok(None));
+    assert!(outcome.met && !outcome.solved && !outcome.done());
     let mut run = world.begin(Seed::new(1), Stage::Test);
-    let nowhere = |_: &Snapshot| Some(("nut_0".to_owned(), Pose::at([9.0, 9.0, 9.0])));
-    let outcome = carry_out(&mut run, 20, &exact, Seed::new(1), nowhere);
-    assert_eq!(outcome, Outcome { solved: false, stopped: false, accepted: 0, refused: 20 });
+    let (outcome, trouble) = carry_out(&mut run, 20, &exact, Seed::new(1), |_| Err("no".into()));
+    assert_eq!((outcome.met, trouble.as_deref()), (false, Some("no")));
+    let mut run = world.begin(Seed::new(1), Stage::Test);
+    let nowhere = |_: &Snapshot| Ok(Some(("nut_0".to_owned(), Pose::at([9.0, 9.0, 9.0]))));
+    let (outcome, _) = carry_out(&mut run, 20, &exact, Seed::new(1), nowhere);
+    assert_eq!(outcome, Outcome { solved: false, met: false, accepted: 0, refused: 20 });
+}
+
+#[test]
+fn what_is_not_sensed_for_a_moment_lies_where_it_was_seen() {
+    let sensing = Sensing { missing_rate: 0.5, ..Sensing::default() };
+    let mut run = of("table").begin(Seed::new(1), Stage::Test);
+    let all = run.snapshot().objects.len();
+    let mut counts = Vec::new();
+    carry_out(&mut run, 12, &sensing, Seed::new(1), |scene| {
+        counts.push(scene.objects.len());
+        Ok(Some((String::new(), Pose::at([0.0; 3]))))
+    });
+    assert!(counts.is_sorted() && counts[0] < all && counts.ends_with(&[all; 3]), "{counts:?}");
 }

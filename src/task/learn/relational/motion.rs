@@ -39,6 +39,8 @@ pub(super) struct Rest {
     pub last: usize,
     /// Median pose.
     pub pose: Pose,
+    /// Number of snapshots that show it.
+    pub seen: usize,
     pub came: Came,
 }
 
@@ -134,6 +136,11 @@ impl<'r> Motion<'r> {
     /// Returns whether the poses have errors of sensing.
     pub fn is_noisy(&self) -> bool {
         self.noise.position_m > NOISY_M || self.outliers > 0
+    }
+
+    /// Returns whether a rest is no error of sensing: two snapshots agree on it, or there are no such errors.
+    pub fn is_sure(&self, rest: &Rest) -> bool {
+        rest.seen > 1 || !(self.is_noisy() || self.flickers)
     }
 
     /// Returns the rest of a track in a snapshot.
@@ -338,8 +345,8 @@ impl<'r> Motion<'r> {
         let (Some((first, _)), Some((last, _))) = (group.first(), group.last()) else { return };
         let (first, last) = (since.unwrap_or(*first), *last);
         let poses: Vec<Pose> = group.iter().map(|(_, pose)| *pose).collect();
-        let pose = median(&poses);
-        self.rests.push(Rest { demo, track, first, last, pose, came });
+        let (pose, seen) = (median(&poses), poses.len());
+        self.rests.push(Rest { demo, track, first, last, pose, seen, came });
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::frames::SMALLEST_M;
 use super::likelihood::Likelihood;
-use super::motion::{Came, Motion};
+use super::motion::{Came, Motion, Rest};
 use super::states::{States, least_support};
 use crate::task::domain::{
     Condition, Coordinate, Displacement, Fact, GoalTerm, Need, NeedVerdict, Parameters, Place,
@@ -50,12 +50,12 @@ pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
     let least = least_support(motion.recording.demos.len());
     let shown = |i: &Instance| {
         let rest = motion.rest_at(i.attempt.demo, i.object, i.attempt.before);
-        i.attempt.declared && rest.is_some_and(|rest| rest.came == Came::Found)
+        let found = |rest: &Rest| rest.came == Came::Found && motion.is_sure(rest);
+        i.attempt.declared && rest.is_some_and(found)
     };
-    let sure = !motion.is_noisy() && !motion.flickers;
     of_state.retain(|_, instances| {
         let demos: BTreeSet<usize> = instances.iter().map(|i| i.attempt.demo).collect();
-        demos.len() >= least || sure && instances.iter().all(shown)
+        demos.len() >= least || instances.iter().all(shown)
     });
     let seen = seen(motion, found);
     let mut operators = Vec::new();

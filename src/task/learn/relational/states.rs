@@ -173,7 +173,7 @@ impl Frames<'_, '_> {
     }
 
     /// Returns whether objects were found in all of these rests and then moved on purpose. What was shown once is
-    /// uncertain, but it is no accident of the demonstrator. In recordings with errors of sensing it may be one of the sensor.
+    /// uncertain, but it is no accident of the demonstrator, and no error of sensing if it was seen twice.
     fn were_left(&self, rests: &[usize]) -> bool {
         let motion = self.motion;
         let moved = |rest: usize| {
@@ -182,7 +182,7 @@ impl Frames<'_, '_> {
             let mut own = own.filter(|a| a.track == Some(track));
             came == Came::Found && own.any(|a| motion.index_at(demo, track, a.before) == Some(rest))
         };
-        !motion.is_noisy() && !motion.flickers && rests.iter().all(|rest| moved(*rest))
+        rests.iter().all(|rest| motion.is_sure(&motion.rests[*rest]) && moved(*rest))
     }
 
     /// Returns the number of demonstrations in which some rests occur.
