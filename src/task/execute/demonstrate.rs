@@ -175,8 +175,8 @@ fn show(
     };
     while reports.len() < PATIENCE * task.min_actions() {
         let Some(step) = demonstrator.next(scene, &reports) else { break };
-        let grasps = task.grasps(scene, step.part);
-        match robot.begin(scene, step.part, step.target, &grasps, None) {
+        let grasps = task.grasps(&scene.sensed(), step.part);
+        match robot.begin(&scene.sensed(), step.part, step.target, &grasps, None) {
             Err(report) => {
                 let time_s = scene.time_s();
                 observer.observe(&Event::SkillEnded { time_s, report: &report, decision: None });
@@ -190,7 +190,7 @@ fn show(
         }
         let outcome = reports.last().map(|report: &SkillReport| report.outcome);
         if let Some(outcome) = outcome.filter(|o| *o != SkillOutcome::Placed) {
-            let why = scene.limits_in_words(step.part, &step.target, &grasps, outcome);
+            let why = scene.sensed().limits_in_words(step.part, &step.target, &grasps, outcome);
             failed.push(FailedMove { number: reports.len(), part: id(step.part), outcome, why });
         }
     }

@@ -70,6 +70,7 @@
 
 mod act;
 mod activity;
+mod cell;
 mod demonstrate;
 mod episode;
 mod guess;

@@ -1,0 +1,1 @@
+//! Everything that the robot does goes by what it senses.
