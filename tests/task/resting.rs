@@ -5,7 +5,7 @@
 use symbolt::robot::Pose;
 use symbolt::robot::arm::{BodyFrame, Turn};
 use symbolt::robot::scene::{BodyKind, Fixture, Handling, Look, Part, Scene, SceneSpec, cuboid};
-use symbolt::robot::skill::Robot;
+use symbolt::robot::skill::{MOST_PLACES, Robot, free_places, turns_over};
 
 const LOOK: Look = Look { colour: 0, ink: 0, roughness: 0.5 };
 
@@ -88,4 +88,24 @@ fn a_part_at_rest_falls_when_its_support_is_taken_away() {
     run(&mut scene, 0.5);
     let height = place(&scene, 1).position[2];
     assert!((height - 0.02).abs() < 1e-4, "{height} m");
+}
+
+#[test]
+fn a_block_that_stands_is_laid_down_the_lowest_way_first_and_stays_inside_the_rim() {
+    let half = [0.010, 0.015, 0.025];
+    let part = Part::free(0, BodyFrame::at([0.45, 0.0, half[2] + 1e-3]));
+    let scene = blocks(half, vec![part], Vec::new());
+    let places = free_places(&scene.sensed(), 0);
+    assert!((4..=MOST_PLACES).contains(&places.len()), "{}", places.len());
+    let heights: Vec<i64> =
+        places.iter().map(|place| (place.position[2] * 1e3).round() as i64).collect();
+    // The two sides on which the block stands differ in where its z axis points.
+    assert_eq!(heights[..3], [10, 15, 25]);
+    assert!(turns_over(&scene.sensed(), 0, &places[0]));
+    assert!(!turns_over(&scene.sensed(), 0, &places[places.len() - 1]), "as it stands comes last");
+    let [low, high] = scene.spec().table.rim;
+    for place in &places {
+        assert!((0..2).all(|i| place.position[i] > low[i] && place.position[i] < high[i]));
+    }
+    assert_eq!(places, free_places(&scene.sensed(), 0));
 }

@@ -14,17 +14,6 @@ use crate::robot::arm::frame::{frame_of, pose_of};
 /// Height above the table at which the room for a fixture is tested, in metres. A fixture touches the table.
 const ABOVE_M: f64 = 1e-3;
 
-/// A part's slider as it is now.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SliderState {
-    /// Direction of positive coordinates in the scene.
-    pub axis: Vector,
-    /// Least and greatest coordinate, in metres.
-    pub range_m: [f64; 2],
-    /// Coordinate, in metres.
-    pub at_m: f64,
-}
-
 impl Scene {
     /// Returns the pose of a fixture; `None` if there is no such fixture.
     pub fn fixture(&self, index: usize) -> Option<Pose> {
@@ -64,20 +53,6 @@ impl Scene {
         let joint = |handle| self.physics.impulse_joints.get(handle);
         let joints = self.parts.iter().filter_map(|part| part.slider.and_then(joint));
         joints.filter(|j| !self.robot_body(j.body1()) && !self.robot_body(j.body2())).count()
-    }
-
-    /// Returns a part's slider where `place` says that the bodies are; `None` for a part that moves freely.
-    pub(super) fn slider_of(
-        &self,
-        part: usize,
-        place: impl Fn(RigidBodyHandle) -> Frame,
-    ) -> Option<SliderState> {
-        let joint = self.physics.impulse_joints.get(self.parts.get(part)?.slider?)?;
-        let base = place(joint.body1()) * joint.data.local_frame1;
-        let now = place(joint.body2()) * joint.data.local_frame2;
-        let axis = base.rotation * Vector::X;
-        let range_m = self.spec().parts[part].slider?.range_m;
-        Some(SliderState { axis, range_m, at_m: (now.translation - base.translation).dot(axis) })
     }
 
     /// Returns the coordinate of a part on its slider, in metres; `None` for a part that moves freely.

@@ -11,7 +11,6 @@ use rapier3d::parry::bounding_volume::BoundingVolume;
 use rapier3d::prelude::QueryFilter;
 use serde::{Deserialize, Serialize};
 
-use super::moving::SliderState;
 use super::physics::Scene;
 use super::spec::{BodyId, BodyKind, Handling, Landmark, TableSpec};
 use crate::robot::Pose;
@@ -61,6 +60,17 @@ impl Percept {
             *fixture = frame_of(pose) * frame_of(&landmark.pose).inverse();
         }
     }
+}
+
+/// A part's slider as it is sensed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SliderState {
+    /// Direction of positive coordinates in the scene.
+    pub axis: Vector,
+    /// Least and greatest coordinate, in metres.
+    pub range_m: [f64; 2],
+    /// Coordinate, in metres.
+    pub at_m: f64,
 }
 
 /// A scene as a robot senses it.
@@ -153,7 +163,13 @@ impl<'s> Sensed<'s> {
 
     /// Returns a part's slider; `None` for a part that moves freely.
     pub(crate) fn slider(&self, part: usize) -> Option<SliderState> {
-        self.scene.slider_of(part, |body| self.place(body))
+        let joint = self.scene.parts.get(part)?.slider?;
+        let joint = self.scene.physics.impulse_joints.get(joint)?;
+        let base = self.place(joint.body1()) * joint.data.local_frame1;
+        let now = self.place(joint.body2()) * joint.data.local_frame2;
+        let axis = base.rotation * Vector::X;
+        let range_m = self.scene.spec().parts[part].slider?.range_m;
+        Some(SliderState { axis, range_m, at_m: (now.translation - base.translation).dot(axis) })
     }
 
     /// Returns how the robot puts down a part of this kind.

@@ -102,7 +102,7 @@ impl Robot {
 
     /// Returns whether both fingers have touched the part of the current skill and have not let go of it.
     pub(crate) fn holds(&self) -> bool {
-        self.skill.as_ref().is_some_and(Skill::holds)
+        self.skill.as_ref().is_some_and(|skill| skill.touching)
     }
 
     /// Advances the skill and the physics by one step, with exact senses.
@@ -123,15 +123,16 @@ impl Robot {
             stepped.touch = skill.watch(&sensed, dt);
             let over = skill.advance(&sensed, &mut self.drive, strained, &mut speeds, dt);
             let in_hand = scene.part_frame(skill.part).inv_mul(&scene.tool_frame());
-            if skill.picked() {
+            if skill.picked {
                 let lifted = *self.lifted.get_or_insert(in_hand);
                 if before == (true, skill.outcome()) && !skill.sets_down() {
                     self.slip_m = (in_hand.translation - lifted.translation).length();
                 }
             }
             if over {
-                let (part, outcome, picked) = (skill.part, skill.outcome(), skill.picked());
-                stepped.ended = Some(SkillReport { part, outcome, picked, slip_m: self.slip_m });
+                let (outcome, slip_m) = (skill.outcome(), self.slip_m);
+                let Skill { part, picked, .. } = skill;
+                stepped.ended = Some(SkillReport { part, outcome, picked, slip_m });
             } else {
                 self.skill = Some(skill);
             }

@@ -42,12 +42,14 @@ pub(super) struct Skill {
     pub(super) lift: Path,
     pub(super) placing: Option<Placing>,
     pub(super) in_hand: Option<Frame>,
+    /// Whether the part was in the hand after lifting.
     pub(super) picked: bool,
     /// Share of the carrying at which the fingers open by accident, 0 to 1.
     drop_at: Option<f64>,
     carried_s: f64,
     pub(super) carry_s: f64,
-    touching: bool,
+    /// Whether both fingers have touched the part and have not let go of it.
+    pub(super) touching: bool,
     freed_s: f64,
     pub(super) failure: Option<SkillOutcome>,
     total_s: f64,
@@ -116,16 +118,6 @@ impl Skill {
     /// Returns whether the part is brought to its place along a line.
     pub fn sets_down(&self) -> bool {
         matches!(self.stage, Stage::Slide(_) | Stage::Lower(_))
-    }
-
-    /// Returns whether both fingers have touched the part and have not let go of it.
-    pub fn holds(&self) -> bool {
-        self.touching
-    }
-
-    /// Returns whether the part was in the hand after lifting.
-    pub fn picked(&self) -> bool {
-        self.picked
     }
 
     pub fn outcome(&self) -> SkillOutcome {

@@ -77,7 +77,7 @@ impl Live {
             self.pretended.push(operator.to);
             return Phase::Rest { left: REST };
         }
-        self.recover_from(tools, &seen, None)
+        self.recover(tools, None)
     }
 
     /// Returns how the episode ends if nothing is left to try.

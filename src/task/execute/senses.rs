@@ -149,19 +149,3 @@ fn median(mut values: Vec<f64>) -> f64 {
     let at = |i: usize| values.get(i).copied().unwrap_or_default();
     0.5 * (at(last / 2) + at(last.div_ceil(2)))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn wrong_poses_in_few_frames_have_no_effect() {
-        let at = |x: f64| Pose::at([x, 0.0, 0.0]);
-        let poses = [at(0.1), at(9.0), at(0.101), at(0.099), at(-5.0)];
-        let middle = mean(&poses).map_or(0.0, |p| p.position[0]);
-        assert!((middle - 0.1).abs() < 1e-9, "{middle}");
-        assert_eq!(mean(&[]), None);
-        let two = [at(0.2), at(0.4)];
-        assert!((mean(&two).map_or(0.0, |p| p.position[0]) - 0.3).abs() < 1e-12);
-    }
-}

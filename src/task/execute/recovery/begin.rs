@@ -27,16 +27,6 @@ impl Live {
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
     pub fn recover(&mut self, tools: &Tools<'_>, stuck: Option<Obstacle>) -> Phase {
         let seen = self.cell.look();
-        self.recover_from(tools, &seen, stuck)
-    }
-
-    /// Recovers, as [`Live::recover`] does, from what was just seen.
-    pub fn recover_from(
-        &mut self,
-        tools: &Tools<'_>,
-        seen: &Seen,
-        stuck: Option<Obstacle>,
-    ) -> Phase {
         let mut in_the_way = match stuck {
             Some(Obstacle::NothingCauses { state }) => {
                 tools.model.in_the_way(state, self.memory.as_ref())
@@ -47,7 +37,7 @@ impl Live {
         in_the_way.sort_by_key(|(part, _)| {
             self.attempts.tries(&Intent::detour(RecoveryKind::Clear, *part))
         });
-        let all = detours(&Plight { in_the_way: &in_the_way, stuck: true, ..self.plight(seen) });
+        let all = detours(&Plight { in_the_way: &in_the_way, stuck: true, ..self.plight(&seen) });
         self.pretended.clear();
         for detour in all {
             if let Some(phase) = self.detour(tools, &detour) {
