@@ -26,6 +26,7 @@ mod learn_model;
 mod moving;
 mod pddl;
 mod pddl_of_learned_domains;
+mod placing;
 mod planner;
 mod poses_and_states;
 mod problem_folders;

@@ -5,7 +5,9 @@
 use symbolt::robot::Pose;
 use symbolt::robot::arm::{BodyFrame, Turn};
 use symbolt::robot::scene::{BodyKind, Fixture, Handling, Look, Part, Scene, SceneSpec, cuboid};
-use symbolt::robot::skill::{MOST_PLACES, Robot, free_places, turns_over};
+use symbolt::robot::skill::{
+    Facing, MOST_PLACES, Robot, Target, any_grasps, free_places, turns_over,
+};
 
 const LOOK: Look = Look { colour: 0, ink: 0, roughness: 0.5 };
 
@@ -99,8 +101,8 @@ fn a_block_that_stands_is_laid_down_the_lowest_way_first_and_stays_inside_the_ri
     assert!((4..=MOST_PLACES).contains(&places.len()), "{}", places.len());
     let heights: Vec<i64> =
         places.iter().map(|place| (place.position[2] * 1e3).round() as i64).collect();
-    // The two sides on which the block stands differ in where its z axis points.
-    assert_eq!(heights[..3], [10, 15, 25]);
+    assert_eq!(heights[..2], [10, 15]);
+    assert!(heights.iter().all(|height| half.iter().any(|h| (h * 1e3).round() as i64 == *height)));
     assert!(turns_over(&scene.sensed(), 0, &places[0]));
     assert!(!turns_over(&scene.sensed(), 0, &places[places.len() - 1]), "as it stands comes last");
     let [low, high] = scene.spec().table.rim;
@@ -108,4 +110,17 @@ fn a_block_that_stands_is_laid_down_the_lowest_way_first_and_stays_inside_the_ri
         assert!((0..2).all(|i| place.position[i] > low[i] && place.position[i] < high[i]));
     }
     assert_eq!(places, free_places(&scene.sensed(), 0));
+}
+
+#[test]
+fn a_target_without_a_direction_is_refused() {
+    let half = [0.010, 0.015, 0.025];
+    let part = Part::free(0, BodyFrame::at([0.45, 0.0, half[2] + 1e-3]));
+    let scene = blocks(half, vec![part], Vec::new());
+    let (grasps, at) = (any_grasps(&scene.sensed(), 0), [0.45, 0.1, half[2]]);
+    let begins = |target| Robot::default().begin(&scene.sensed(), 0, target, &grasps, None).is_ok();
+    assert!(begins(Target::anyhow(at)));
+    let nowhere = Facing::Full([0.0; 4]);
+    assert!(!begins(Target::along(at, [0.0; 3])));
+    assert!(!begins(Target { position: at, facing: nowhere }));
 }
