@@ -6,6 +6,7 @@
 use std::fmt;
 
 use super::recorder::Recorder;
+use super::senses;
 use crate::robot::scene::Scene;
 use crate::robot::skill::Robot;
 use crate::robot::{SkillOutcome, SkillReport, Touch};
@@ -138,7 +139,8 @@ pub fn demonstrate_observed(
 }
 
 /// Demonstrates the task, as [`demonstrate_observed`] does, and passes every snapshot of the recording through
-/// `sensing`. The demonstrator and the judge still see the exact scene.
+/// `sensing`: one frame for each touch; at the start and the end, where the scene rests, the mean of 25 frames. The
+/// demonstrator and the judge still see the exact scene.
 ///
 /// # Errors
 /// As [`demonstrate`]; [`TaskError::Setting`] for a rate or noise outside its range.
@@ -152,7 +154,17 @@ pub fn demonstrate_sensed(
     sensing.check()?;
     let mut shown = demonstrate_observed(task, demos, seed, observer)?;
     if !sensing.is_exact() {
-        shown.recording = sensing.apply_recording(&shown.recording, seed.derive("", "sensing"));
+        let (exact, seed) = (shown.recording, seed.derive("", "sensing"));
+        shown.recording = sensing.apply_recording(&exact, seed);
+        // At both ends of a demonstration the scene rests, and there is time to look.
+        for (demo, exact) in shown.recording.demos.iter_mut().zip(&exact.demos) {
+            let seed = seed.derive_index("look", demo.number);
+            for (seen, exact) in demo.snapshots.iter_mut().zip(&exact.snapshots) {
+                if matches!(exact.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) {
+                    *seen = senses::look(exact, sensing, seed, exact.number);
+                }
+            }
+        }
     }
     Ok(shown)
 }

@@ -49,26 +49,21 @@ impl Eyes {
         Self { sensing, seed, percept, unseen, watched, held: false }
     }
 
-    /// Looks at a scene. If sensing has errors, takes several frames. An object is seen if it is in at least two of them; its
-    /// pose is the mean of these frames without those far from their median. A swapped or wrong pose in few frames has no
-    /// effect.
+    /// Looks at a scene.
     pub fn look(&mut self, scene: &Scene) -> Seen {
         let (snapshot, parts) = Recorder::default().look(scene);
         if self.sensing.is_exact() {
             return Seen { snapshot, parts };
         }
-        let frames: Vec<Snapshot> = (0..FRAMES)
-            .map(|n| self.sensing.apply(&snapshot, self.seed, scene.steps() * FRAMES + n))
-            .collect();
+        let seen = look(&snapshot, &self.sensing, self.seed, scene.steps());
         let mut landmarks = scene.spec().landmarks.iter();
-        let (mut objects, mut kept) = (Vec::new(), Vec::new());
+        let mut kept = Vec::new();
         for unseen in &mut self.unseen {
             *unseen += 1;
         }
         for (object, part) in snapshot.objects.iter().zip(&parts) {
             let landmark = if part.is_none() { landmarks.next() } else { None };
-            let poses: Vec<Pose> = frames.iter().filter_map(|f| pose_in(f, object)).collect();
-            let Some(pose) = mean(&poses).filter(|_| poses.len() >= SEEN) else { continue };
+            let Some(pose) = pose_in(&seen, object) else { continue };
             if let Some(part) = *part {
                 self.unseen[part] = 0;
                 self.percept.part(part, Some(&pose));
@@ -76,7 +71,6 @@ impl Eyes {
             if let Some(landmark) = landmark {
                 self.percept.landmark(landmark, &pose);
             }
-            objects.push(ObjectPose { pose, ..object.clone() });
             kept.push(*part);
         }
         for (part, unseen) in self.unseen.iter().enumerate() {
@@ -84,7 +78,7 @@ impl Eyes {
                 self.percept.part(part, None);
             }
         }
-        Seen { snapshot: Snapshot { objects, ..snapshot }, parts: kept }
+        Seen { snapshot: seen, parts: kept }
     }
 
     /// Takes a frame of the part that the robot handles, if any. A held part moves with the hand, so the mean is taken in the
@@ -114,6 +108,19 @@ impl Eyes {
             self.watched.pop_front();
         }
     }
+}
+
+/// Looks at a scene at rest: takes several frames of the exact snapshot. An object is seen if it is in at least two of them; its
+/// pose is the mean of these frames without those far from their median. A swapped or wrong pose in few frames has no effect.
+pub(super) fn look(exact: &Snapshot, sensing: &Sensing, seed: Seed, tick: u64) -> Snapshot {
+    let frame = |n| sensing.apply(exact, seed, tick * FRAMES + n);
+    let frames: Vec<Snapshot> = (0..FRAMES).map(frame).collect();
+    let objects = exact.objects.iter().filter_map(|object| {
+        let poses: Vec<Pose> = frames.iter().filter_map(|f| pose_in(f, object)).collect();
+        let pose = mean(&poses).filter(|_| poses.len() >= SEEN)?;
+        Some(ObjectPose { pose, ..object.clone() })
+    });
+    Snapshot { objects: objects.collect(), object: None, ..exact.clone() }
 }
 
 /// Returns the pose of an object in a frame; `None` if it is missing.
