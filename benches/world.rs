@@ -29,7 +29,7 @@ fn built(spec: &NutsAndBolts) -> Scene {
 }
 
 fn begin(robot: &mut Robot, scene: &Scene, spec: &NutsAndBolts) -> Result<(), SkillReport> {
-    robot.begin(scene, 0, target(spec), &spec.grasps(scene, 0), None)
+    robot.begin(&scene.sensed(), 0, target(spec), &spec.grasps(&scene.sensed(), 0), None)
 }
 
 fn world(c: &mut Criterion) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 use symbolt::files::ResultFolder;
-use symbolt::robot::scene::{Scene, SceneSpec};
+use symbolt::robot::scene::{Scene, SceneSpec, Sensed};
 use symbolt::robot::skill::{Grasp, Target};
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::Seed;
@@ -167,7 +167,7 @@ impl Task for Overreaching {
     fn scene(&self, seed: Seed) -> Result<SceneSpec, TaskError> {
         self.0.scene(seed)
     }
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
         self.0.grasps(scene, part)
     }
     fn demonstrator(&self, seed: Seed, demo: usize) -> Box<dyn Demonstrator> {

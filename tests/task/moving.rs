@@ -62,8 +62,8 @@ fn put_with(
     part: usize,
     target: Target,
 ) -> SkillReport {
-    let grasps = task.grasps(scene, part);
-    if let Err(report) = robot.begin(scene, part, target, &grasps, None) {
+    let grasps = task.grasps(&scene.sensed(), part);
+    if let Err(report) = robot.begin(&scene.sensed(), part, target, &grasps, None) {
         return report;
     }
     let ended = (0..30_000).find_map(|_| robot.step(scene).ended);

@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 use symbolt::robot::Pose;
 use symbolt::robot::arm::{BodyFrame, GripperSpec};
-use symbolt::robot::scene::{BodyId, Scene, SceneSpec};
+use symbolt::robot::scene::{BodyId, Scene, SceneSpec, Sensed};
 use symbolt::robot::skill::{Grasp, Robot, Target, any_grasps, free_places, pushes, turns_over};
 use symbolt::robot::{SkillOutcome, SkillReport};
 use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
@@ -71,7 +71,13 @@ fn built(spec: &NutsAndBolts, seed: u64) -> Scene {
 
 /// Begins a skill with the grasps of the default settings, which the tests' settings do not change.
 fn begin(robot: &mut Robot, scene: &Scene, part: usize, target: Target) -> Result<(), SkillReport> {
-    robot.begin(scene, part, target, &NutsAndBolts::default().grasps(scene, part), None)
+    robot.begin(
+        &scene.sensed(),
+        part,
+        target,
+        &NutsAndBolts::default().grasps(&scene.sensed(), part),
+        None,
+    )
 }
 
 fn put(scene: &mut Scene, robot: &mut Robot, part: usize, target: Target) -> SkillReport {
@@ -366,14 +372,15 @@ fn recover(scene: &mut Scene, part: usize, target: Target) -> Vec<&'static str> 
             finish(scene, &mut robot);
             return done;
         }
-        let grasps = any_grasps(scene, part);
-        let places = free_places(scene, part);
-        let mut over = places.iter().filter(|place| turns_over(scene, part, place));
-        if over.any(|place| robot.begin(scene, part, *place, &grasps, None).is_ok()) {
+        let grasps = any_grasps(&scene.sensed(), part);
+        let places = free_places(&scene.sensed(), part);
+        let mut over = places.iter().filter(|place| turns_over(&scene.sensed(), part, place));
+        if over.any(|place| robot.begin(&scene.sensed(), part, *place, &grasps, None).is_ok()) {
             done.push("laid down");
         } else {
-            let all = pushes(scene, part);
-            let push = all.iter().skip(attempt).find(|p| robot.begin_push(scene, p).is_ok());
+            let all = pushes(&scene.sensed(), part);
+            let push =
+                all.iter().skip(attempt).find(|p| robot.begin_push(&scene.sensed(), p).is_ok());
             done.push(if push.is_some() { "pushed" } else { "nothing" });
         }
         if robot.busy() {
@@ -394,7 +401,7 @@ fn a_part_on_its_edge_or_head_for_which_the_task_has_no_grasp_is_put_at_its_targ
         let away = Pose::at([0.45, 0.28, 0.06]);
         drop_at(&mut scene, &mut Robot::default(), 1 - part, &away);
         drop_at(&mut scene, &mut Robot::default(), part, &pose);
-        assert!(spec.grasps(&scene, part).is_empty(), "it must lie oddly");
+        assert!(spec.grasps(&scene.sensed(), part).is_empty(), "it must lie oddly");
         let done = recover(&mut scene, part, target);
         assert!(done.len() > 1 && done.ends_with(&["put"]), "part {part}: {done:?}");
         let is = spec.assembly(&scene);
@@ -425,13 +432,13 @@ fn grasps_from_the_shape_are_the_same_each_time_and_within_the_gripper() {
     let spec = NutsAndBolts::default();
     let scene = built(&spec, 3);
     for part in 0..2 {
-        let grasps = any_grasps(&scene, part);
+        let grasps = any_grasps(&scene.sensed(), part);
         assert!((8..=48).contains(&grasps.len()), "{}", grasps.len());
-        assert_eq!(grasps, any_grasps(&scene, part));
+        assert_eq!(grasps, any_grasps(&scene.sensed(), part));
         let fits = |opening: f64| opening > 0.0 && opening <= spec.gripper.stroke_m;
         assert!(grasps.iter().all(|grasp| fits(grasp.opening_m) && grasp.approach[2] < 0.0));
     }
-    assert!(any_grasps(&scene, 2).is_empty() && pushes(&scene, 2).is_empty());
+    assert!(any_grasps(&scene.sensed(), 2).is_empty() && pushes(&scene.sensed(), 2).is_empty());
 }
 
 /// A part that fell off the table fell for ever.
@@ -444,8 +451,10 @@ fn a_part_off_the_table_is_lost_and_the_rest_goes_on() {
     assert!(scene.lost(1) && !scene.lost(0) && !scene.lost(9));
     let place = scene.part(1).expect("there").position;
     assert!(place[2] < -0.1 && place[2] > -1.0, "{place:?}");
-    assert!(any_grasps(&scene, 1).is_empty() && free_places(&scene, 1).is_empty());
-    assert!(pushes(&scene, 1).is_empty());
+    assert!(
+        any_grasps(&scene.sensed(), 1).is_empty() && free_places(&scene.sensed(), 1).is_empty()
+    );
+    assert!(pushes(&scene.sensed(), 1).is_empty());
     let refused = begin(&mut robot, &scene, 1, pocket(&spec)).expect_err("out of reach");
     assert_eq!(refused.outcome, SkillOutcome::Unreachable);
 
@@ -458,7 +467,7 @@ fn a_part_off_the_table_is_lost_and_the_rest_goes_on() {
 
     let back = Pose::at([0.45, 0.1, 0.01]);
     drop_at(&mut copy, &mut Robot::default(), 1, &back);
-    assert!(!copy.lost(1) && !any_grasps(&copy, 1).is_empty());
+    assert!(!copy.lost(1) && !any_grasps(&copy.sensed(), 1).is_empty());
 }
 
 #[test]
@@ -479,8 +488,8 @@ fn a_push_never_throws_a_part_off_the_table() {
             continue;
         }
         for _ in 0..2 {
-            let all = pushes(&scene, part);
-            if all.iter().any(|push| robot.begin_push(&scene, push).is_ok()) {
+            let all = pushes(&scene.sensed(), part);
+            if all.iter().any(|push| robot.begin_push(&scene.sensed(), push).is_ok()) {
                 let report = finish(&mut scene, &mut robot);
                 assert!(!report.picked);
                 count += u32::from(report.outcome == SkillOutcome::Placed);
@@ -556,7 +565,7 @@ impl Task for OtherGrasps {
         self.inner.scene(seed)
     }
 
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
         let own = self.inner.grasps(scene, part);
         if scene.kind(part).is_some_and(|k| k.name == "nut") { (self.nut)(own) } else { own }
     }

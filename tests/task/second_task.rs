@@ -16,8 +16,8 @@ use symbolt::robot::Pose;
 use symbolt::robot::SkillReport;
 use symbolt::robot::arm::{BodyFrame, FINGER_TIP_M, Turn, reaches_table};
 use symbolt::robot::scene::{
-    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Symmetry,
-    cuboid,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Outline, Part, Scene, SceneSpec, Sensed,
+    Symmetry, cuboid,
 };
 use symbolt::robot::skill::{Grasp, Target};
 use symbolt::sim::Seed;
@@ -140,7 +140,7 @@ impl Task for Tower {
     }
 
     /// Grasps from above, on two opposing sides.
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
         let Some(BodyFrame { position: [x, y, z], turn }) = scene.body_frame(part) else {
             return Vec::new();
         };
@@ -263,7 +263,7 @@ impl Task for Nothing {
         self.0.scene(seed)
     }
 
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
         self.0.grasps(scene, part)
     }
 

@@ -1,6 +1,5 @@
-//! Parts that have fallen off the table, and the solid shape of a part.
+//! Parts that have fallen off the table.
 
-use rapier3d::geometry::ConvexPolyhedron;
 use rapier3d::math::{Pose as Frame, Vector};
 
 use super::physics::{PartBody, Scene};
@@ -42,25 +41,5 @@ impl Scene {
                 body.set_enabled(false);
             }
         }
-    }
-
-    /// Returns whether a point is above the table, inside the rim.
-    pub(crate) fn is_over_table(&self, at: Vector) -> bool {
-        let [low, high] = self.spec().table.rim;
-        (low[0]..=high[0]).contains(&at.x) && (low[1]..=high[1]).contains(&at.y)
-    }
-
-    /// Returns the convex pieces of a part, in the part's frame; none if there is no such part.
-    pub(crate) fn pieces(&self, part: usize) -> Vec<&ConvexPolyhedron> {
-        let collider = self.parts.get(part).and_then(|p| self.physics.colliders.get(p.collider));
-        let compound = collider.and_then(|collider| collider.shape().as_compound());
-        let shapes = compound.map(|compound| compound.shapes()).unwrap_or_default();
-        shapes.iter().filter_map(|(_, shape)| shape.as_convex_polyhedron()).collect()
-    }
-
-    /// Returns a part's centre of mass in the part's frame, and its mass in kilograms.
-    pub(crate) fn mass(&self, part: usize) -> (Vector, f64) {
-        let body = self.parts.get(part).and_then(|p| self.physics.bodies.get(p.body));
-        body.map_or((Vector::ZERO, 0.0), |body| (body.local_center_of_mass(), body.mass()))
     }
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | describe a scene | [`SceneSpec`], with its [`BodyKind`]s, [`Part`]s, [`Fixture`]s and [`Landmark`]s |
 //! | build it and step it | [`Scene`] |
+//! | compute grasps and paths in it | [`Sensed`], the scene as a robot with a [`Percept`] senses it |
 //! | draw it | [`Outline`] for the shapes, [`Scene::frame`] for their poses |
 //!
 //! A task draws a [`SceneSpec`] from a seed. [`Scene::new`] builds the bodies, drops the parts and lets them
@@ -24,12 +25,14 @@ mod outline;
 pub(crate) mod physics;
 #[cfg(test)]
 mod rest;
+mod sensed;
 mod shapes;
 mod spec;
 
 pub use frame::SceneFrame;
 pub use outline::{Body, KindOutline, Mesh, Outline};
 pub use physics::Scene;
+pub use sensed::{Percept, Sensed};
 pub use shapes::{Piece, cuboid};
 pub use spec::{
     BodyId, BodyKind, Fixture, Handling, Landmark, Look, MAX_PARTS, Part, SceneSpec, Slider,

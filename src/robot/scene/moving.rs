@@ -1,6 +1,7 @@
 //! Bodies that move without the robot: fixtures that another hand moves, landmarks attached to a body, and the sliders
 //! of parts.
 
+use rapier3d::dynamics::RigidBodyHandle;
 use rapier3d::geometry::ColliderHandle;
 use rapier3d::math::{Pose as Frame, Vector};
 use rapier3d::prelude::QueryFilter;
@@ -13,35 +14,24 @@ use crate::robot::arm::frame::{frame_of, pose_of};
 /// Height above the table at which the room for a fixture is tested, in metres. A fixture touches the table.
 const ABOVE_M: f64 = 1e-3;
 
-/// A part's slider as it is now.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SliderState {
-    /// Direction of positive coordinates in the scene.
-    pub axis: Vector,
-    /// Least and greatest coordinate, in metres.
-    pub range_m: [f64; 2],
-    /// Coordinate, in metres.
-    pub at_m: f64,
-}
-
 impl Scene {
     /// Returns the pose of a fixture; `None` if there is no such fixture.
     pub fn fixture(&self, index: usize) -> Option<Pose> {
         let still = || self.spec().fixtures.get(index).map(|f| pose_of(&f.frame.frame()));
-        self.movable_fixture(index).or_else(still)
+        self.body(BodyId::Fixture(index)).or_else(still)
     }
 
-    pub(super) fn movable_fixture(&self, index: usize) -> Option<Pose> {
-        let body = (*self.movable.get(index)?)?;
-        Some(pose_of(self.physics.bodies[body].position()))
+    /// Returns the handle of a part or a movable fixture; `None` if there is no such body.
+    pub(super) fn handle(&self, body: BodyId) -> Option<RigidBodyHandle> {
+        match body {
+            BodyId::Part(part) => self.parts.get(part).map(|part| part.body),
+            BodyId::Fixture(fixture) => self.movable.get(fixture).copied().flatten(),
+        }
     }
 
     /// Returns the pose of a part or a movable fixture; `None` if there is no such body.
     pub fn body(&self, body: BodyId) -> Option<Pose> {
-        match body {
-            BodyId::Part(part) => self.part(part),
-            BodyId::Fixture(fixture) => self.movable_fixture(fixture),
-        }
+        Some(pose_of(self.physics.bodies[self.handle(body)?].position()))
     }
 
     /// Returns the pose of a landmark, by its index in [`SceneSpec::landmarks`](super::SceneSpec::landmarks), in the scene; `None` if there is no
@@ -65,19 +55,9 @@ impl Scene {
         joints.filter(|j| !self.robot_body(j.body1()) && !self.robot_body(j.body2())).count()
     }
 
-    /// Returns a part's slider as it is now; `None` for a part that moves freely.
-    pub(crate) fn slider(&self, part: usize) -> Option<SliderState> {
-        let joint = self.physics.impulse_joints.get(self.parts.get(part)?.slider?)?;
-        let base = *self.physics.bodies[joint.body1()].position() * joint.data.local_frame1;
-        let now = *self.physics.bodies[joint.body2()].position() * joint.data.local_frame2;
-        let axis = base.rotation * Vector::X;
-        let range_m = self.spec().parts[part].slider?.range_m;
-        Some(SliderState { axis, range_m, at_m: (now.translation - base.translation).dot(axis) })
-    }
-
     /// Returns the coordinate of a part on its slider, in metres; `None` for a part that moves freely.
     pub fn slid_m(&self, part: usize) -> Option<f64> {
-        self.slider(part).map(|slider| slider.at_m)
+        self.sensed().slider(part).map(|slider| slider.at_m)
     }
 
     /// Moves a body to `pose`, at rest, as a person might do. A fixture takes along what lies in it. Does nothing if
@@ -87,7 +67,7 @@ impl Scene {
             BodyId::Part(part) => return self.disturb(part, pose),
             BodyId::Fixture(fixture) => fixture,
         };
-        let Some(handle) = self.movable.get(fixture).copied().flatten() else { return };
+        let Some(handle) = self.handle(body) else { return };
         let carried = self.carried(fixture);
         let (from, to) = (*self.physics.bodies[handle].position(), frame_of(pose));
         self.physics.bodies[handle].set_position(to, true);
@@ -104,7 +84,7 @@ impl Scene {
             BodyId::Part(part) => return self.has_room(part, pose),
             BodyId::Fixture(fixture) => fixture,
         };
-        let Some(handle) = self.movable.get(fixture).copied().flatten() else { return false };
+        let Some(handle) = self.handle(body) else { return false };
         let carried = self.carried(fixture);
         let (from, to) = (*self.physics.bodies[handle].position(), frame_of(pose));
         let mut own = self.physics.bodies[handle].colliders().to_vec();
@@ -123,7 +103,7 @@ impl Scene {
     /// Returns the parts that a movable fixture takes along: those that touch it, that slide on it, or that touch such
     /// a part.
     pub fn carried(&self, fixture: usize) -> Vec<usize> {
-        let Some(handle) = self.movable.get(fixture).copied().flatten() else { return Vec::new() };
+        let Some(handle) = self.handle(BodyId::Fixture(fixture)) else { return Vec::new() };
         let guided = |part: &usize| {
             let slider = self.spec().parts[*part].slider;
             slider.is_some_and(|slider| slider.fixture == Some(fixture))

@@ -32,13 +32,13 @@ use rapier3d::dynamics::{
     FrictionModel, ImpulseJointHandle, IntegrationParameters, JointAxis, MultibodyJointHandle,
     RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
-use rapier3d::geometry::{ColliderHandle, SharedShape};
+use rapier3d::geometry::ColliderHandle;
 use rapier3d::math::{Pose as Frame, Vector};
 use rapier3d::prelude::{PhysicsWorld, QueryFilter};
 use serde::{Deserialize, Serialize};
 
 use super::frame::SceneFrame;
-use super::spec::{BodyKind, Handling, SceneSpec};
+use super::spec::{BodyId, BodyKind, SceneSpec};
 use super::{furnish, shapes};
 use crate::robot::Pose;
 use crate::robot::RobotError;
@@ -51,7 +51,7 @@ use crate::sim::SimDuration;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct PartBody {
     /// Index of the part's kind in [`SceneSpec::kinds`].
-    kind: usize,
+    pub(super) kind: usize,
     pub(super) body: RigidBodyHandle,
     pub(super) collider: ColliderHandle,
     /// The slider's joint.
@@ -72,9 +72,6 @@ pub struct Scene {
     #[serde(skip)]
     wall: Duration,
 }
-
-/// Greatest apparent overlap, in metres, of two parts when one is put into the other.
-const MEETING_M: f64 = 1.5e-3;
 
 impl Scene {
     /// Builds the scene, drops the parts and lets them settle for at most two simulated seconds. Costs some
@@ -193,12 +190,6 @@ impl Scene {
         self.parts.get(index).map(|p| pose_of(self.physics.bodies[p.body].position()))
     }
 
-    /// Returns a part's weight in newtons; `None` if there is no such part.
-    pub fn weight_n(&self, index: usize) -> Option<f64> {
-        let body = self.parts.get(index).map(|p| &self.physics.bodies[p.body])?;
-        Some(body.mass() * self.physics.gravity.length())
-    }
-
     /// Returns a part's frame as the physics stores it; `None` if there is no such part.
     pub fn body_frame(&self, index: usize) -> Option<BodyFrame> {
         (index < self.parts.len()).then(|| BodyFrame::of(&self.part_frame(index)))
@@ -206,11 +197,6 @@ impl Scene {
 
     pub(crate) fn part_frame(&self, index: usize) -> Frame {
         *self.physics.bodies[self.parts[index].body].position()
-    }
-
-    /// Returns how the robot puts down a part of this kind.
-    pub(crate) fn handling(&self, index: usize) -> &Handling {
-        &self.spec.kinds[self.parts[index].kind].handling
     }
 
     /// Returns the greater of a part's speed and 0.02 m times its angular speed, in metres per second.
@@ -260,8 +246,9 @@ impl Scene {
             angles: self.angles(),
             fingers: self.robot.fingers.map(|f| self.coordinate(f, JointAxis::LinX)),
             parts: (0..self.parts.len())
-                .filter_map(|index| self.part(index))
-                .chain((0..self.movable.len()).filter_map(|index| self.movable_fixture(index)))
+                .map(BodyId::Part)
+                .chain((0..self.movable.len()).map(BodyId::Fixture))
+                .filter_map(|body| self.body(body))
                 .collect(),
         }
     }
@@ -375,91 +362,6 @@ impl Scene {
     pub(crate) fn tool_frame(&self) -> Frame {
         let last = self.robot.links[JOINTS - 1];
         *self.physics.bodies[last].position() * kinematics::tool_offset()
-    }
-
-    /// Returns whether the arm at `angles`, with its fingers at `opening`, would touch anything except the
-    /// parts in `ignored`.
-    pub(crate) fn collides(&self, angles: &Angles, opening: f64, ignored: &[usize]) -> bool {
-        self.comes_near(angles, opening, ignored, 0.0)
-    }
-
-    /// Returns whether the arm at `angles`, with its fingers at `opening`, would come within about `within_m` metres of
-    /// anything except the parts in `ignored`.
-    pub(crate) fn comes_near(
-        &self,
-        angles: &Angles,
-        opening: f64,
-        ignored: &[usize],
-        within_m: f64,
-    ) -> bool {
-        self.touches_shapes(bodies::outline(angles, opening, within_m), ignored)
-    }
-
-    /// Returns whether shapes of the robot touch anything except the robot and the parts in `ignored`.
-    fn touches_shapes(
-        &self,
-        mut shapes: impl Iterator<Item = (Frame, SharedShape)>,
-        ignored: &[usize],
-    ) -> bool {
-        let skip = |handle: ColliderHandle| {
-            ignored.iter().any(|part| self.parts[*part].collider == handle)
-        };
-        let filter = |handle: ColliderHandle, collider: &rapier3d::geometry::Collider| {
-            let own = collider.parent().is_some_and(|b| self.robot_body(b));
-            !own && !skip(handle)
-        };
-        let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
-        shapes.any(|(frame, shape)| query.intersect_shape(frame, &*shape).next().is_some())
-    }
-
-    /// Returns whether the hand alone, with the end effector at `tool` and its fingers at `opening`, would touch
-    /// anything except the parts in `ignored`.
-    pub(crate) fn hand_collides(&self, tool: &Frame, opening: f64, ignored: &[usize]) -> bool {
-        self.touches_shapes(bodies::hand_outline(tool, opening), ignored)
-    }
-
-    /// Returns whether the hand, or the held part with its frame, would run into the arm at `angles` itself.
-    pub(crate) fn folds(
-        &self,
-        angles: &Angles,
-        opening: f64,
-        held: Option<(usize, Frame)>,
-    ) -> bool {
-        let part = held.map(|(index, frame)| {
-            let collider = &self.physics.colliders[self.parts[index].collider];
-            (frame, collider.shared_shape().clone())
-        });
-        let mut outer: Vec<_> = bodies::hand_outline(&kinematics::tool(angles), opening).collect();
-        outer.extend(part);
-        let meets = |(at, link): (Frame, SharedShape)| {
-            outer.iter().any(|(frame, shape)| {
-                let test = parry3d::query::intersection_test(frame, &**shape, &at, &*link);
-                test.is_ok_and(|met| met.intersecting)
-            })
-        };
-        bodies::near_links(angles).any(meets)
-    }
-
-    /// Returns whether part `index` at `frame` would overlap another part by more than [`MEETING_M`].
-    pub(crate) fn part_meets_part(&self, index: usize, frame: &Frame) -> bool {
-        let shape = self.physics.colliders[self.parts[index].collider].shape();
-        let others = self.parts.iter().enumerate().filter(|(other, _)| *other != index);
-        others.into_iter().any(|(other, part)| {
-            let (place, theirs) = (self.part_frame(other), &self.physics.colliders[part.collider]);
-            parry3d::query::contact(frame, shape, &place, theirs.shape(), 0.0)
-                .is_ok_and(|c| c.is_some_and(|c| c.dist < -MEETING_M))
-        })
-    }
-
-    /// Returns whether part `index` at `frame` would touch anything except the robot.
-    pub(crate) fn part_collides(&self, index: usize, frame: &Frame) -> bool {
-        let own = self.parts[index].collider;
-        let filter = |handle: ColliderHandle, collider: &rapier3d::geometry::Collider| {
-            handle != own && !collider.parent().is_some_and(|b| self.robot_body(b))
-        };
-        let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
-        let shape = self.physics.colliders[own].shape();
-        query.intersect_shape(*frame, shape).next().is_some()
     }
 
     pub(super) fn robot_body(&self, body: RigidBodyHandle) -> bool {

@@ -9,7 +9,7 @@ use super::reach;
 use super::solid::{Face, Solid};
 use crate::robot::arm::FINGER_TIP_M;
 use crate::robot::arm::kinematics::HOME;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// Greatest number of grasps that [`any_grasps`] returns.
 pub const MOST_GRASPS: usize = 48;
@@ -57,17 +57,17 @@ struct Candidate {
 /// Returns grasps for a part in any pose, computed from its shape, best first: the fingers close on opposing surfaces
 /// that are at most 30 degrees from perpendicular, within the gripper's opening, with the hand pointing down or
 /// sideways. The hand alone touches nothing at these grasps and in front of them, and the arm has a posture for them.
-/// Returns at most [`MOST_GRASPS`]; none for a part that is [lost](Scene::lost) or on a slider. Costs some tens of
+/// Returns at most [`MOST_GRASPS`]; none for a part that is [lost](Sensed::lost) or on a slider. Costs some tens of
 /// milliseconds.
 ///
 /// Use them after the task's own grasps, for parts that came to rest in a pose for which the task has no grasp.
-pub fn any_grasps(scene: &Scene, part: usize) -> Vec<Grasp> {
+pub fn any_grasps(scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
     if scene.lost(part) || scene.slider(part).is_some() {
         return Vec::new();
     }
     let Some(solid) = Solid::of(scene, part) else { return Vec::new() };
     let frame = scene.part_frame(part);
-    let stroke = scene.spec().gripper.stroke_m;
+    let stroke = scene.gripper().stroke_m;
     let mut candidates: Vec<Candidate> = pairs(&solid, stroke)
         .iter()
         .flat_map(|pair| approaches(&solid, &frame, pair, stroke))
@@ -220,7 +220,7 @@ fn held(
 const APART: [(f64, f64); 2] = [(0.015, 0.45), (0.004, 0.2)];
 
 /// Returns the best candidates that differ from each other and at which the hand touches nothing.
-fn choose(scene: &Scene, candidates: &[Candidate], stroke: f64) -> Vec<Grasp> {
+fn choose(scene: &Sensed<'_>, candidates: &[Candidate], stroke: f64) -> Vec<Grasp> {
     let mut chosen: Vec<&Candidate> = Vec::new();
     let mut tested = vec![false; candidates.len()];
     let mut all = Vec::new();
@@ -265,7 +265,7 @@ fn both_ways(candidate: &Candidate, opening_m: f64) -> Vec<Grasp> {
 }
 
 /// Returns the opening with which the hand can come to a grasp without touching anything.
-fn opening(scene: &Scene, candidate: &Candidate, stroke: f64) -> Option<f64> {
+fn opening(scene: &Sensed<'_>, candidate: &Candidate, stroke: f64) -> Option<f64> {
     let Candidate { tool, half_m, .. } = candidate;
     let back = tool.rotation * -Vector::Z;
     // The fingers must not touch anything else when they close.

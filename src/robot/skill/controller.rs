@@ -10,7 +10,7 @@ use super::push::Push;
 use super::pushing::Pushing;
 use crate::robot::arm::kinematics;
 use crate::robot::report::{SkillOutcome, SkillReport, Touch};
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::{Percept, Scene, Sensed};
 
 /// The result of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,6 +27,9 @@ pub struct Robot {
     drive: Drive,
     skill: Option<Skill>,
     push: Option<Pushing>,
+    /// End effector's frame in the physics, relative to the part, after lifting.
+    lifted: Option<Frame>,
+    slip_m: f64,
 }
 
 fn unreachable(part: usize) -> SkillReport {
@@ -61,10 +64,10 @@ impl Robot {
     ///
     /// # Errors
     /// A report with [`SkillOutcome::Unreachable`] if there is no collision-free path, no such part or no grasp, if the
-    /// part is [lost](Scene::lost), or if the target's axis or orientation has length 0. In that case nothing has moved.
+    /// part is [lost](Sensed::lost), or if the target's axis or orientation has length 0. In that case nothing has moved.
     pub fn begin(
         &mut self,
-        scene: &Scene,
+        scene: &Sensed<'_>,
         part: usize,
         target: Target,
         grasps: &[Grasp],
@@ -74,6 +77,7 @@ impl Robot {
         let plan = || Skill::plan(scene, &self.drive, part, target, grasps, drop_at);
         let skill = possible.then(plan).flatten().ok_or(unreachable(part))?;
         (self.skill, self.push) = (Some(skill), None);
+        (self.lifted, self.slip_m) = (None, 0.0);
         self.drive.strained_s = 0.0;
         Ok(())
     }
@@ -85,7 +89,7 @@ impl Robot {
     /// # Errors
     /// A report with [`SkillOutcome::Unreachable`] if there is no such part, it is lost or slides on a guide, or the
     /// arm has no collision-free path. In that case nothing has moved.
-    pub fn begin_push(&mut self, scene: &Scene, push: &Push) -> Result<(), SkillReport> {
+    pub fn begin_push(&mut self, scene: &Sensed<'_>, push: &Push) -> Result<(), SkillReport> {
         let part = push.part;
         let free = |part| !scene.lost(part) && scene.slider(part).is_none();
         let possible = part < scene.part_count() && free(part);
@@ -96,31 +100,54 @@ impl Robot {
         Ok(())
     }
 
-    /// Advances the skill and the physics by one step.
+    /// Returns whether both fingers have touched the part of the current skill and have not let go of it.
+    pub(crate) fn holds(&self) -> bool {
+        self.skill.as_ref().is_some_and(|skill| skill.touching)
+    }
+
+    /// Advances the skill and the physics by one step, with exact senses.
     pub fn step(&mut self, scene: &mut Scene) -> Stepped {
+        self.step_by(scene, &Percept::default())
+    }
+
+    /// Advances the skill and the physics by one step. The skill goes by the percept. The slip in its report is that of the
+    /// physics.
+    pub fn step_by(&mut self, scene: &mut Scene, percept: &Percept) -> Stepped {
         let dt = scene.spec().step_ms as f64 / 1e3;
         let mut speeds = [0.0; kinematics::JOINTS];
         let mut stepped = Stepped::default();
+        let sensed = scene.sensed_by(percept);
         if let Some(mut skill) = self.skill.take() {
-            let strained = self.drive.strained(scene, dt);
-            stepped.touch = skill.watch(scene, dt);
-            let over = skill.advance(scene, &mut self.drive, strained, &mut speeds, dt);
+            let strained = self.drive.strained(&sensed, dt);
+            let before = (skill.sets_down(), skill.outcome());
+            stepped.touch = skill.watch(&sensed, dt);
+            let over = skill.advance(&sensed, &mut self.drive, strained, &mut speeds, dt);
+            let in_hand = scene.part_frame(skill.part).inv_mul(&scene.tool_frame());
+            if skill.picked {
+                let lifted = *self.lifted.get_or_insert(in_hand);
+                if before == (true, skill.outcome()) && !skill.sets_down() {
+                    self.slip_m = (in_hand.translation - lifted.translation).length();
+                }
+            }
             if over {
-                stepped.ended = Some(skill.report());
+                let (outcome, slip_m) = (skill.outcome(), self.slip_m);
+                let Skill { part, picked, .. } = skill;
+                stepped.ended = Some(SkillReport { part, outcome, picked, slip_m });
             } else {
                 self.skill = Some(skill);
             }
         }
         if let Some(mut push) = self.push.take() {
-            let strained = self.drive.strained(scene, dt);
-            if push.advance(scene, &mut self.drive, strained, &mut speeds, dt) {
-                stepped.ended = Some(push.report(scene));
+            let strained = self.drive.strained(&sensed, dt);
+            if push.advance(&sensed, &mut self.drive, strained, &mut speeds, dt) {
+                stepped.ended = Some(push.report(&sensed));
             } else {
                 self.push = Some(push);
             }
         }
+        let alone = |skill: &Skill| skill.sets_down() && scene.touches_only_the_hand(skill.part);
         let carrying = match &self.skill {
-            Some(skill) => skill.carries(scene),
+            Some(skill) => skill.carries() || alone(skill),
             None => (0..scene.part_count()).any(|part| scene.pad_forces(part) != [0.0; 2]),
         };
         scene.refine(carrying);

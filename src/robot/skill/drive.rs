@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::reach;
 use crate::robot::arm::kinematics::{self, Angles, HOME};
 use crate::robot::arm::path::Path;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// Time of rest at the end of a path before anything is measured, in seconds.
 pub(super) const REST_S: f64 = 0.06;
@@ -34,7 +34,7 @@ impl Drive {
     /// path to that posture too.
     pub fn plan_from_here<T>(
         &self,
-        scene: &Scene,
+        scene: &Sensed<'_>,
         plan: impl Fn(&Angles) -> Option<T>,
     ) -> Option<(Option<Path>, T)> {
         if let Some(found) = plan(&self.angles) {
@@ -46,15 +46,15 @@ impl Drive {
 
     /// Returns whether the end effector has been farther than `alarm_m` from its commanded place for
     /// [`STRAIN_S`] seconds.
-    pub fn strained(&mut self, scene: &Scene, dt: f64) -> bool {
+    pub fn strained(&mut self, scene: &Sensed<'_>, dt: f64) -> bool {
         let off =
             (scene.tool_frame().translation - kinematics::tool(&self.angles).translation).length();
-        self.strained_s = if off > scene.spec().arm.alarm_m { self.strained_s + dt } else { 0.0 };
+        self.strained_s = if off > scene.arm().alarm_m { self.strained_s + dt } else { 0.0 };
         self.strained_s > STRAIN_S
     }
 
     /// Holds the current joint angles.
-    pub fn hold(&mut self, scene: &Scene) {
+    pub fn hold(&mut self, scene: &Sensed<'_>) {
         self.angles = scene.angles();
         self.strained_s = 0.0;
     }
@@ -79,7 +79,7 @@ impl Drive {
     }
 }
 
-/// Returns whether all parts are at rest.
-pub(super) fn is_settled(scene: &Scene) -> bool {
-    (0..scene.part_count()).all(|part| scene.part_speed(part) < 2e-3)
+/// Returns whether all parts are seen to be at rest.
+pub(super) fn is_settled(scene: &Sensed<'_>) -> bool {
+    scene.is_still(2e-3).unwrap_or(false)
 }

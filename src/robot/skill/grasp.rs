@@ -6,7 +6,7 @@ use rapier3d::math::{Matrix, Pose as Frame, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
-use crate::robot::arm::frame::frame_of;
+use crate::robot::arm::frame::{frame_of, pose_of};
 use crate::robot::scene::Symmetry;
 
 /// A grasp: the end effector's frame, and the opening of the fingers during the approach. The tool centre point lies
@@ -79,6 +79,12 @@ impl Target {
     /// vertical.
     pub fn anyhow(position: [f64; 3]) -> Self {
         Self { position, facing: Facing::Any }
+    }
+
+    /// Returns the poses in which a part of this symmetry fulfils the target. Those closest to the orientation that it has in
+    /// the hand come first.
+    pub fn poses(&self, symmetry: &Symmetry, held: &Pose) -> Vec<Pose> {
+        placements(symmetry, self, &frame_of(held)).iter().map(pose_of).collect()
     }
 
     /// Returns whether the facing is a direction or an orientation: its numbers are finite and not all 0.
@@ -160,72 +166,4 @@ pub(crate) fn place_tools(placements: &[Frame], in_hand: &Frame) -> Vec<Frame> {
         coarse(a).cmp(&coarse(b))
     });
     tools
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::FRAC_PI_2;
-
-    use super::*;
-
-    fn held() -> Frame {
-        let turn = Rotation::from_rotation_z(0.3) * Rotation::from_rotation_y(FRAC_PI_2);
-        Frame::from_parts(Vector::new(0.4, 0.0, 0.2), turn)
-    }
-
-    fn square() -> Symmetry {
-        Symmetry { turns: 24, fold: 4, flips: false }
-    }
-
-    #[test]
-    fn a_full_target_allows_only_the_orientations_in_which_the_part_looks_the_same() {
-        let turn = Rotation::from_rotation_z(0.7) * Rotation::from_rotation_x(0.2);
-        let orientation = [turn.x, turn.y, turn.z, turn.w];
-        let target = Target::pose(&Pose { position: [0.5, 0.1, 0.05], orientation });
-        for (fold, flips, count) in [(1, false, 1), (4, false, 4), (6, true, 12)] {
-            let all = placements(&Symmetry { turns: 24, fold, flips }, &target, &held());
-            assert_eq!(all.len(), count);
-            let exact = all.iter().filter(|f| f.rotation.angle_between(turn) < 1e-6);
-            assert_eq!(exact.count(), 1, "fold {fold}");
-            for frame in &all {
-                let own = turn.inverse() * frame.rotation * Vector::Z;
-                assert!((own.z.abs() - 1.0).abs() < 1e-9 && (flips || own.z > 0.0));
-            }
-        }
-    }
-
-    #[test]
-    fn without_a_facing_the_part_keeps_its_orientation_or_turns_about_the_vertical() {
-        let all = placements(&square(), &Target::anyhow([0.5, 0.1, 0.05]), &held());
-        assert_eq!(all.len(), ANY_TURNS as usize);
-        assert!(all[0].rotation.angle_between(held().rotation) < 1e-6);
-        let height = (held().rotation * Vector::Z).z;
-        assert!(all.iter().all(|f| ((f.rotation * Vector::Z).z - height).abs() < 1e-9));
-    }
-
-    #[test]
-    fn a_square_bar_lies_on_one_of_its_sides() {
-        let symmetry = Symmetry { turns: 4, fold: 1, flips: false };
-        for (x, y) in [(1.0, 0.0), (0.3, -0.8), (-0.5, 0.6)] {
-            let all =
-                placements(&symmetry, &Target::along([0.5, 0.1, 0.006], [x, y, 0.0]), &held());
-            assert_eq!(all.len(), 4);
-            let axis = Vector::new(x, y, 0.0).normalize();
-            for frame in all {
-                assert!((frame.rotation * Vector::Z - axis).length() < 1e-9);
-                let height = (frame.rotation * Vector::X).z.abs();
-                assert!(!(1e-9..=1.0 - 1e-9).contains(&height), "{height}");
-            }
-        }
-    }
-
-    #[test]
-    fn an_axis_leaves_the_turn_about_it_open() {
-        let all = placements(&square(), &Target::upright([0.5, 0.1, 0.05]), &held());
-        assert_eq!(all.len(), 24);
-        assert!(all.iter().all(|f| (f.rotation * Vector::Z).z > 1.0 - 1e-9));
-        assert!(!Target::along([0.0; 3], [0.0; 3]).is_possible());
-        let zero = Target { position: [0.0; 3], facing: Facing::Full([0.0; 4]) };
-        assert!(!zero.is_possible() && Target::anyhow([0.0; 3]).is_possible());
-    }
 }

@@ -9,7 +9,7 @@ use super::reach;
 use crate::robot::SkillOutcome;
 use crate::robot::arm::kinematics::{self, HOME};
 use crate::robot::arm::path::Path;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// A part that has moved farther than this in the hand while it was lifted has not been grasped, in metres.
 const MOVED_M: f64 = 0.03;
@@ -19,7 +19,7 @@ const FREE_M: f64 = 0.004;
 impl Skill {
     /// After lifting: checks that the part is in the hand, measures how it lies, and plans the way to the
     /// target.
-    pub(super) fn look_into_hand(&mut self, scene: &Scene, robot: &mut Drive) {
+    pub(super) fn look_into_hand(&mut self, scene: &Sensed<'_>, robot: &mut Drive) {
         let forces = scene.pad_forces(self.part);
         let in_hand = self.measure(scene);
         let moved = self.in_hand.map(|was| (in_hand.translation - was.translation).length());
@@ -27,10 +27,9 @@ impl Skill {
             return self.fail(SkillOutcome::Missed);
         }
         self.in_hand = Some(in_hand);
-        self.lifted = Some(in_hand);
+        self.picked = true;
         // Open no farther than needed: the fingers could hit a neighbour.
-        let held = scene.frame().fingers.into_iter().fold(0.0, f64::max);
-        let release_m = scene.handling(self.part).release_m.max(held + FREE_M);
+        let release_m = scene.handling(self.part).release_m.max(scene.opening() + FREE_M);
         self.opening = self.opening.min(release_m);
         let (part, angles, opening) = (self.part, &robot.angles, self.opening);
         match reach::plan_placing(scene, angles, part, &self.target, &in_hand, opening) {
@@ -50,7 +49,7 @@ impl Skill {
 
     /// Before lowering: measures how the part lies in the hand now, checks that the target is free, and plans
     /// the way down.
-    pub(super) fn aim(&mut self, scene: &Scene, robot: &mut Drive) {
+    pub(super) fn aim(&mut self, scene: &Sensed<'_>, robot: &mut Drive) {
         let in_hand = self.measure(scene);
         self.in_hand = Some(in_hand);
         if let Some(placing) = &self.placing
@@ -63,15 +62,15 @@ impl Skill {
             return;
         }
         let tool = self.placing.as_ref().map(|p| p.part * in_hand);
-        match tool.and_then(|t| Path::line_to(&robot.angles, &t, &scene.spec().arm)) {
+        match tool.and_then(|t| Path::line_to(&robot.angles, &t, scene.arm())) {
             Some(path) => self.go(Stage::Lower(path)),
             None => self.fail(SkillOutcome::Unreachable),
         }
     }
 
     /// Moves the open hand away: back along the hand, or up if the arm has hit something or the part was lost.
-    pub(super) fn leave(&mut self, scene: &Scene, robot: &mut Drive) {
-        let arm = &scene.spec().arm;
+    pub(super) fn leave(&mut self, scene: &Sensed<'_>, robot: &mut Drive) {
+        let arm = scene.arm();
         let back = -(kinematics::tool(&robot.angles).rotation * Vector::Z);
         let up = Vector::Z * RAISE_M;
         // A part between the open fingers would be dragged along by a tilted hand that moves up.

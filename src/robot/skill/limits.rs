@@ -3,12 +3,12 @@
 use super::grasp::{Grasp, Target};
 use crate::robot::SkillOutcome;
 use crate::robot::arm::kinematics;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// Multiple of a part's weight above which a grip is said to be able to squeeze the part out of the hand.
 const SQUEEZED: f64 = 500.0;
 
-impl Scene {
+impl Sensed<'_> {
     /// Returns in words which limit can have kept the robot from putting a part at a target: grip against weight, reach,
     /// opening of the fingers, or the position error at which the arm stops. `grasps` are those that were tried. Where a limit
     /// leaves room, its numbers are said all the same, so that it can be ruled out.
@@ -19,10 +19,9 @@ impl Scene {
         grasps: &[Grasp],
         outcome: SkillOutcome,
     ) -> String {
-        let (Some(kind), Some(weight_n)) = (self.kind(part), self.weight_n(part)) else {
-            return format!("there is no part {part}");
-        };
-        let (gripper, arm) = (self.spec().gripper, &self.spec().arm);
+        let Some(kind) = self.kind(part) else { return format!("there is no part {part}") };
+        let weight_n = self.mass(part).1;
+        let (gripper, arm) = (self.gripper(), self.arm());
         // Between pad and part, the greater coefficient applies, on both sides.
         let friction = gripper.friction.max(kind.friction);
         let holds_n = 2.0 * gripper.force_n * friction;
@@ -53,7 +52,7 @@ impl Scene {
 
     /// Returns why a skill has no path.
     fn out_of_reach(&self, part: usize, target: &Target, grasps: &[Grasp]) -> String {
-        let stroke_m = self.spec().gripper.stroke_m;
+        let stroke_m = self.gripper().stroke_m;
         let narrowest = grasps.iter().map(|g| g.opening_m).fold(f64::INFINITY, f64::min);
         let lies = self.part(part).map(|pose| pose.position);
         for (what, place) in [("the part", lies), ("the target", Some(target.position))] {

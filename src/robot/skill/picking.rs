@@ -8,8 +8,8 @@ use super::grasp::{Grasp, Target};
 use super::reach::{self, Lift, Placing};
 use crate::robot::arm::kinematics::Angles;
 use crate::robot::arm::path::Path;
-use crate::robot::report::{SkillOutcome, SkillReport, Touch};
-use crate::robot::scene::physics::Scene;
+use crate::robot::report::{SkillOutcome, Touch};
+use crate::robot::scene::Sensed;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Stage {
@@ -42,16 +42,16 @@ pub(super) struct Skill {
     pub(super) lift: Path,
     pub(super) placing: Option<Placing>,
     pub(super) in_hand: Option<Frame>,
-    /// End effector's frame, relative to the part, after lifting.
-    pub(super) lifted: Option<Frame>,
+    /// Whether the part was in the hand after lifting.
+    pub(super) picked: bool,
     /// Share of the carrying at which the fingers open by accident, 0 to 1.
     drop_at: Option<f64>,
     carried_s: f64,
     pub(super) carry_s: f64,
-    touching: bool,
+    /// Whether both fingers have touched the part and have not let go of it.
+    pub(super) touching: bool,
     freed_s: f64,
     pub(super) failure: Option<SkillOutcome>,
-    slip_m: f64,
     total_s: f64,
 }
 
@@ -69,7 +69,7 @@ const LOST_M: f64 = 0.012;
 impl Skill {
     /// Plans from the present posture; `None` if there is no collision-free path.
     pub fn plan(
-        scene: &Scene,
+        scene: &Sensed<'_>,
         robot: &Drive,
         part: usize,
         target: Target,
@@ -94,14 +94,13 @@ impl Skill {
             lift,
             placing: None,
             in_hand: None,
-            lifted: None,
+            picked: false,
             drop_at,
             carried_s: 0.0,
             carry_s: 0.0,
             touching: false,
             freed_s: 0.0,
             failure: None,
-            slip_m: 0.0,
             total_s: 0.0,
         })
     }
@@ -111,22 +110,18 @@ impl Skill {
         self.approach.end()
     }
 
-    /// Returns whether the part is lifted or carried and touches nothing but the hand.
-    pub fn carries(&self, scene: &Scene) -> bool {
-        match self.stage {
-            Stage::Lift(_) | Stage::Carry(_) => true,
-            Stage::Slide(_) | Stage::Lower(_) => scene.touches_only_the_hand(self.part),
-            _ => false,
-        }
+    /// Returns whether the part is lifted or carried through the air.
+    pub fn carries(&self) -> bool {
+        matches!(self.stage, Stage::Lift(_) | Stage::Carry(_))
     }
 
-    pub fn report(&self) -> SkillReport {
-        SkillReport {
-            part: self.part,
-            outcome: self.failure.unwrap_or(SkillOutcome::Placed),
-            picked: self.lifted.is_some(),
-            slip_m: self.slip_m,
-        }
+    /// Returns whether the part is brought to its place along a line.
+    pub fn sets_down(&self) -> bool {
+        matches!(self.stage, Stage::Slide(_) | Stage::Lower(_))
+    }
+
+    pub fn outcome(&self) -> SkillOutcome {
+        self.failure.unwrap_or(SkillOutcome::Placed)
     }
 
     pub(super) fn go(&mut self, stage: Stage) {
@@ -136,7 +131,7 @@ impl Skill {
     }
 
     /// Detects when the fingers touch or release the part.
-    pub fn watch(&mut self, scene: &Scene, dt: f64) -> Option<Touch> {
+    pub fn watch(&mut self, scene: &Sensed<'_>, dt: f64) -> Option<Touch> {
         let forces = scene.pad_forces(self.part);
         if !self.touching {
             let closing = matches!(self.stage, Stage::Close);
@@ -155,16 +150,8 @@ impl Skill {
     }
 
     /// Returns the end effector's frame relative to the part.
-    pub(super) fn measure(&self, scene: &Scene) -> Frame {
+    pub(super) fn measure(&self, scene: &Sensed<'_>) -> Frame {
         scene.part_frame(self.part).inv_mul(&scene.tool_frame())
-    }
-
-    /// Measures how far the part has slipped in the hand.
-    fn note_slip(&mut self, scene: &Scene) {
-        if let Some(lifted) = self.lifted {
-            let now = self.measure(scene).translation;
-            self.slip_m = (now - lifted.translation).length();
-        }
     }
 
     /// Counts the time of carrying and returns whether the fingers open by accident now.
@@ -176,7 +163,7 @@ impl Skill {
         self.drop_at.is_some_and(|share| self.carried_s >= share * self.carry_s)
     }
 
-    fn lost(&self, scene: &Scene) -> bool {
+    fn lost(&self, scene: &Sensed<'_>) -> bool {
         let Some(was) = self.in_hand else { return false };
         (self.measure(scene).translation - was.translation).length() > LOST_M
     }
@@ -190,7 +177,7 @@ impl Skill {
     }
 
     /// Gives up if the skill takes too long, the arm has hit something or the part is lost.
-    fn give_up_if_needed(&mut self, scene: &Scene, robot: &mut Drive, strained: bool) {
+    fn give_up_if_needed(&mut self, scene: &Sensed<'_>, robot: &mut Drive, strained: bool) {
         // The stages after a failure have their own limits.
         if self.total_s > SKILL_S && self.failure.is_none() && !matches!(self.stage, Stage::Settle)
         {
@@ -220,7 +207,7 @@ impl Skill {
     /// Advances by one step and returns whether the skill is over.
     pub fn advance(
         &mut self,
-        scene: &Scene,
+        scene: &Sensed<'_>,
         robot: &mut Drive,
         strained: bool,
         speeds: &mut Angles,
@@ -250,8 +237,7 @@ impl Skill {
                 // Fingers that close too fast push the part away.
                 robot.opening = (self.opening - CLOSING_M_S * self.time_s).max(0.0);
                 if self.touching && self.time_s > CLOSING_S.0 && self.slides {
-                    let in_hand = Some(self.measure(scene));
-                    (self.in_hand, self.lifted) = (in_hand, in_hand);
+                    (self.in_hand, self.picked) = (Some(self.measure(scene)), true);
                     self.carry_s = self.lift.duration_s();
                     self.go(Stage::Slide(self.lift.clone()));
                 } else if self.touching && self.time_s > CLOSING_S.0 {
@@ -271,7 +257,6 @@ impl Skill {
                     robot.hold(scene);
                     self.fail(SkillOutcome::Dropped);
                 } else if robot.run(path, self.time_s, speeds) {
-                    self.note_slip(scene);
                     self.go(Stage::Open);
                 }
             }
@@ -291,7 +276,6 @@ impl Skill {
             }
             Stage::Lower(path) => {
                 if robot.run(path, self.time_s, speeds) {
-                    self.note_slip(scene);
                     self.go(Stage::Open);
                 }
             }

@@ -10,7 +10,7 @@ use super::solid::Solid;
 use super::{Grasp, reach};
 use crate::robot::arm::FINGER_TIP_M;
 use crate::robot::arm::kinematics::HOME;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// Greatest number of pushes that [`pushes`] returns.
 pub const MOST_PUSHES: usize = 12;
@@ -86,7 +86,7 @@ const LOOK_M: f64 = 0.008;
 
 /// What is known about the part that is to be pushed.
 struct Subject<'s> {
-    scene: &'s Scene,
+    scene: &'s Sensed<'s>,
     part: usize,
     solid: Solid,
     frame: Frame,
@@ -107,8 +107,8 @@ struct Subject<'s> {
 /// Returns pushes that tilt over or shove a part, the most useful first: they tilt over a part that leans or stands on a
 /// small face, and shove away a part that is close to the rim or to another body. The part stays inside the rim and has
 /// room where it should end, and the hand touches nothing else on the way. Returns at most [`MOST_PUSHES`]; none for a
-/// part that is [lost](Scene::lost) or on a slider. Costs some tens of milliseconds.
-pub fn pushes(scene: &Scene, part: usize) -> Vec<Push> {
+/// part that is [lost](Sensed::lost) or on a slider. Costs some tens of milliseconds.
+pub fn pushes(scene: &Sensed<'_>, part: usize) -> Vec<Push> {
     let Some(subject) = Subject::new(scene, part) else { return Vec::new() };
     let mut all: Vec<(f64, Push, Vector)> = Vec::new();
     for k in 0..DIRECTIONS {
@@ -133,7 +133,7 @@ pub fn pushes(scene: &Scene, part: usize) -> Vec<Push> {
 }
 
 impl<'s> Subject<'s> {
-    fn new(scene: &'s Scene, part: usize) -> Option<Self> {
+    fn new(scene: &'s Sensed<'s>, part: usize) -> Option<Self> {
         let solid = Solid::of(scene, part)?;
         if scene.lost(part) || scene.slider(part).is_some() {
             return None;
@@ -168,7 +168,7 @@ impl<'s> Subject<'s> {
 
     /// Finds out what is close to the part.
     fn look_around(&mut self) {
-        let [low, high] = self.scene.spec().table.rim;
+        let [low, high] = self.scene.table().rim;
         for corner in self.corners(&self.frame) {
             let close = |gap: f64| if gap < CLOSE_M { 1.0 } else { 0.0 };
             self.inwards.x += close(corner.x - low[0]) - close(high[0] - corner.x);
@@ -233,7 +233,7 @@ impl<'s> Subject<'s> {
         let ahead = |c: &Vector| (*c - self.middle).dot(way);
         let edge = feet.map(ahead).fold(f64::NEG_INFINITY, f64::max).max(0.0);
         let kind = self.scene.kind(self.part)?;
-        let friction = (kind.friction + self.scene.spec().table.friction) / 2.0;
+        let friction = (kind.friction + self.scene.table().friction) / 2.0;
         let slides = edge / ((height - self.floor) * friction);
         if slides > 0.9 {
             return None;
@@ -277,7 +277,7 @@ impl<'s> Subject<'s> {
     fn is_inside(&self, place: &Frame) -> bool {
         let middle = place.transform_point(self.solid.middle);
         let flat = |v: Vector| Vector::new(v.x, v.y, 0.0);
-        let [low, high] = self.scene.spec().table.rim;
+        let [low, high] = self.scene.table().rim;
         let gaps = |p: Vector| [p.x - low[0], high[0] - p.x, p.y - low[1], high[1] - p.y];
         let out = |frame: &Frame| {
             self.corners(frame).into_iter().fold([f64::INFINITY; 4], |least, corner| {

@@ -9,7 +9,7 @@ use super::reach;
 use crate::robot::arm::kinematics::{self, Angles, HOME};
 use crate::robot::arm::path::Path;
 use crate::robot::report::{SkillOutcome, SkillReport};
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Stage {
@@ -44,7 +44,7 @@ const MOVED: (f64, f64) = (0.004, 0.1);
 impl Pushing {
     /// Plans a push from the present posture; `None` if its directions are impossible or there is no collision-free
     /// path.
-    pub fn plan(scene: &Scene, robot: &Drive, push: &Push) -> Option<Self> {
+    pub fn plan(scene: &Sensed<'_>, robot: &Drive, push: &Push) -> Option<Self> {
         let part = push.part;
         let tool = push.tool(push.from)?;
         let shift = Vector::from(push.to) - Vector::from(push.from);
@@ -71,7 +71,7 @@ impl Pushing {
     }
 
     /// Returns the report at the end.
-    pub fn report(&self, scene: &Scene) -> SkillReport {
+    pub fn report(&self, scene: &Sensed<'_>) -> SkillReport {
         let now = scene.part_frame(self.part);
         let moved = (now.translation - self.began.translation).length() > MOVED.0
             || now.rotation.angle_between(self.began.rotation) > MOVED.1;
@@ -86,7 +86,7 @@ impl Pushing {
     /// Advances by one step and returns whether the push is over.
     pub fn advance(
         &mut self,
-        scene: &Scene,
+        scene: &Sensed<'_>,
         robot: &mut Drive,
         strained: bool,
         speeds: &mut Angles,
@@ -135,8 +135,8 @@ impl Pushing {
     }
 
     /// Moves the hand away: back along the fingers, or up.
-    fn retreat(&mut self, scene: &Scene, robot: &Drive) {
-        let (arm_spec, angles) = (&scene.spec().arm, &robot.angles);
+    fn retreat(&mut self, scene: &Sensed<'_>, robot: &Drive) {
+        let (arm_spec, angles) = (scene.arm(), &robot.angles);
         let back = kinematics::tool(angles).rotation * -Vector::Z * reach::BACK_M;
         let path = Path::line(angles, back, arm_spec)
             .or_else(|| Path::line(angles, Vector::Z * RAISE_M, arm_spec))

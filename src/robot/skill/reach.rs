@@ -10,7 +10,7 @@ use super::grasp::{self, Grasp, Target};
 use crate::robot::arm::ArmSpec;
 use crate::robot::arm::kinematics::{self, Angles, HOME};
 use crate::robot::arm::path::Path;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// A plan for taking a part, and for lifting it or sliding it along its guide.
 pub(crate) struct Lift {
@@ -55,7 +55,7 @@ const RISE_M: f64 = 0.12;
 const ROLL_RAD: f64 = 0.8;
 
 struct Search<'s> {
-    scene: &'s Scene,
+    scene: &'s Sensed<'s>,
     /// Searches for joint angles that are left.
     left: usize,
     /// Tests for collisions that are left.
@@ -73,7 +73,7 @@ pub(crate) fn has_posture(current: &Angles, tool: &Frame) -> bool {
 }
 
 /// Returns the distances from everything else that are tried for a part, the greatest first.
-fn clearances(scene: &Scene, part: usize) -> impl Iterator<Item = f64> + use<> {
+fn clearances(scene: &Sensed<'_>, part: usize) -> impl Iterator<Item = f64> + use<> {
     let clear_m = scene.handling(part).clear_m;
     (clear_m > 0.0).then_some(clear_m).into_iter().chain([0.0])
 }
@@ -97,7 +97,7 @@ impl Looks {
 }
 
 impl<'s> Search<'s> {
-    fn new(scene: &'s Scene, clear_m: f64) -> Self {
+    fn new(scene: &'s Sensed<'s>, clear_m: f64) -> Self {
         Self { scene, left: BUDGET, looks: Looks::new(), clear_m, inside: false }
     }
 
@@ -139,7 +139,7 @@ impl<'s> Search<'s> {
 
 /// Plans how to take `part` by the first of `grasps` from which the part can also be put at `target`.
 pub(crate) fn plan_lift(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     current: &Angles,
     part: usize,
     target: &Target,
@@ -150,7 +150,7 @@ pub(crate) fn plan_lift(
 }
 
 fn lift_with(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     current: &Angles,
     part: usize,
     target: &Target,
@@ -161,7 +161,7 @@ fn lift_with(
     let mut search = Search::new(scene, clear_m);
     for grasp in grasps {
         let Some(tool) = grasp.tool() else { continue };
-        let line = |q: &Angles| Path::line(q, Vector::Z * LIFT_M, &scene.spec().arm);
+        let line = |q: &Angles| Path::line(q, Vector::Z * LIFT_M, scene.arm());
         let Some(plan) = take(&mut search, current, part, grasp, line) else { continue };
         let in_hand = frame.inv_mul(&tool);
         let from = plan.lift.end();
@@ -178,7 +178,7 @@ fn lift_with(
 /// Plans how to take `part` by the first of `grasps` from which it can be slid along its guide to `target`; `None`
 /// also if the target is not on the guide or the part has no guide.
 pub(crate) fn plan_slide(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     current: &Angles,
     part: usize,
     target: &Target,
@@ -199,7 +199,7 @@ pub(crate) fn plan_slide(
         let looks = search.looks.clone();
         grasps.iter().find_map(|grasp| {
             let line = |q: &Angles| {
-                let path = Path::line(q, shift, &scene.spec().arm)?;
+                let path = Path::line(q, shift, scene.arm())?;
                 let clear =
                     |q: Angles| looks.take(1) && !scene.collides(&q, grasp.opening_m, &[part]);
                 let free = path.samples(path.looks(LOOK_RAD)).all(clear);
@@ -227,7 +227,7 @@ fn take(
         if scene.collides(q, opening, &[part]) {
             return false;
         }
-        let back = Path::line(q, -approach * BEFORE_M, &scene.spec().arm);
+        let back = Path::line(q, -approach * BEFORE_M, scene.arm());
         let Some((back, lift)) = back.zip(line(q)) else { return false };
         if scene.collides(&back.end(), opening, &[]) {
             return false;
@@ -241,7 +241,7 @@ fn take(
 
 /// Plans how to put a part that is in the hand at `target` and let go of it with the fingers at `opening`.
 pub(crate) fn plan_placing(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     current: &Angles,
     part: usize,
     target: &Target,
@@ -268,7 +268,6 @@ fn placing(
     let air = search.air(opening, Some((part, *in_hand)));
     let handling = scene.handling(part);
     let held = kinematics::tool(from) * in_hand.inverse();
-    let spec = scene.spec();
     let rise = Vector::Z * handling.rise_m;
     let careful = search.clear_m > 0.0;
     let placements = grasp::placements(&handling.symmetry, target, &held);
@@ -289,8 +288,8 @@ fn placing(
             if scene.collides(q, opening, &[part]) {
                 return false;
             }
-            let Some(up) = Path::line(q, rise, &spec.arm) else { return false };
-            if careful && !leaves(q, &spec.arm) {
+            let Some(up) = Path::line(q, rise, scene.arm()) else { return false };
+            if careful && !leaves(q, scene.arm()) {
                 return false;
             }
             let above = up.end();
@@ -322,7 +321,7 @@ pub(crate) struct Shove {
 /// Plans how to bring the tips of the closed fingers to the beginning of a push, with the end effector at `tool`, and
 /// how to move them straight by `shift`, in metres, with the part `part` in front of them.
 pub(crate) fn plan_push(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     current: &Angles,
     part: usize,
     tool: &Frame,
@@ -331,7 +330,7 @@ pub(crate) fn plan_push(
     let mut search = Search::new(scene, 0.0);
     let air = search.air(0.0, None);
     let before = tool.rotation * -Vector::Z * BEFORE_M;
-    let arm_spec = &scene.spec().arm;
+    let arm_spec = scene.arm();
     let mut found = None;
     search.posture(tool, current, |q| {
         if scene.collides(q, 0.0, &[]) {
@@ -352,11 +351,11 @@ pub(crate) fn plan_push(
 
 /// Finds a short way out for an arm that touches something: up, back along the hand, or to the waiting posture. `None` if
 /// the arm touches nothing or if there is no such way.
-pub(crate) fn escape(scene: &Scene, current: &Angles, opening: f64) -> Option<Path> {
+pub(crate) fn escape(scene: &Sensed<'_>, current: &Angles, opening: f64) -> Option<Path> {
     if !scene.collides(current, opening, &[]) {
         return None;
     }
-    let arm_spec = &scene.spec().arm;
+    let arm_spec = scene.arm();
     let back = kinematics::tool(current).rotation * -Vector::Z;
     let lines = [0.04, RISE_M].into_iter().flat_map(|by| [Vector::Z * by, back * by]);
     let lines = lines.filter_map(|shift| Path::line(current, shift, arm_spec));
@@ -383,7 +382,7 @@ fn heights(fall_m: f64) -> Vec<f64> {
 
 /// The arm on its way through the air.
 struct Air<'s> {
-    scene: &'s Scene,
+    scene: &'s Sensed<'s>,
     opening: f64,
     /// The part in the hand, and the end effector's frame relative to it.
     held: Option<(usize, Frame)>,
@@ -416,7 +415,7 @@ impl Air<'_> {
 /// higher postures if necessary. If there are none, tries again from a point above the first posture, and, for an arm
 /// that keeps a distance, to a point above the last posture.
 fn free_way(air: &Air<'_>, from: &Angles, to: &Angles) -> Option<Vec<Path>> {
-    let arm_spec = &air.scene.spec().arm;
+    let arm_spec = air.scene.arm();
     let line = |q: &Angles, height: f64| match height {
         0.0 => Some(None),
         _ => Path::line(q, Vector::Z * height, arm_spec).map(Some),
@@ -464,7 +463,7 @@ fn legs(air: &Air<'_>, begin: &Angles, to: &Angles, begins_here: bool) -> Option
         q[4..].copy_from_slice(&hand[4..]);
         q
     };
-    let arm_spec = &air.scene.spec().arm;
+    let arm_spec = air.scene.arm();
     let joints = |a: &Angles, b: &Angles| Path::joints(a, b, arm_spec, air.held.is_some());
     let waypoints: [&[Angles]; 4] =
         [&[], &[over(to[0], to)], &[over(begin[0], begin), over(to[0], to)], &[HOME]];

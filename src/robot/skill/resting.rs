@@ -10,8 +10,7 @@ use super::{any_grasps, reach};
 use crate::robot::Pose;
 use crate::robot::arm::frame::{frame_of, pose_of};
 use crate::robot::arm::kinematics::HOME;
-use crate::robot::scene::BodyId;
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// Greatest number of targets that [`free_places`] returns.
 pub const MOST_PLACES: usize = 16;
@@ -113,7 +112,7 @@ fn steadiness(face: &super::solid::Face, middle: Vector) -> f64 {
 /// alternate: those with a low centre of mass come first, among equals those with the part's z axis up. A part that has
 /// room where it is but does not rest in the lowest way gets the way in which it rests last. Returns at most
 /// [`MOST_PLACES`]. Costs some tens of milliseconds.
-pub fn free_places(scene: &Scene, part: usize) -> Vec<Target> {
+pub fn free_places(scene: &Sensed<'_>, part: usize) -> Vec<Target> {
     if scene.lost(part) || scene.slider(part).is_some() {
         return Vec::new();
     }
@@ -140,7 +139,7 @@ pub fn free_places(scene: &Scene, part: usize) -> Vec<Target> {
 
 /// Returns the height of a part's lowest point relative to the origin of its frame, as the part lies now, in metres: 0
 /// or less for a part whose origin is inside it.
-pub(crate) fn lowest(scene: &Scene, part: usize) -> f64 {
+pub(crate) fn lowest(scene: &Sensed<'_>, part: usize) -> f64 {
     let frame = scene.part_frame(part);
     let solid = Solid::of(scene, part);
     let corners = solid.iter().flat_map(|solid| &solid.corners);
@@ -150,7 +149,7 @@ pub(crate) fn lowest(scene: &Scene, part: usize) -> f64 {
 
 /// Returns whether a part at `target` rests in another way than now: on another face. A task may have grasps for one way
 /// of resting and none for another.
-pub fn turns_over(scene: &Scene, part: usize, target: &Target) -> bool {
+pub fn turns_over(scene: &Sensed<'_>, part: usize, target: &Target) -> bool {
     let Facing::Full(orientation) = target.facing else { return false };
     let then = frame_of(&Pose { position: target.position, orientation }).rotation;
     let Some(now) = scene.part(part).map(|pose| frame_of(&pose).rotation) else { return false };
@@ -182,7 +181,7 @@ fn ways(solid: &Solid, frame: &Frame) -> Vec<Vec<Rest>> {
 
 /// A part that is to be laid down.
 struct Laying<'s> {
-    scene: &'s Scene,
+    scene: &'s Sensed<'s>,
     part: usize,
     solid: &'s Solid,
     frame: Frame,
@@ -262,8 +261,8 @@ impl Laying<'_> {
 }
 
 /// Returns points on the table within comfortable reach and away from the scene's landmarks, those near `at` first.
-fn grid(scene: &Scene, part: usize, at: &Vector) -> Vec<Vector> {
-    let [low, high] = scene.spec().table.rim;
+fn grid(scene: &Sensed<'_>, part: usize, at: &Vector) -> Vec<Vector> {
+    let [low, high] = scene.table().rim;
     let count = |i: usize| ((high[i] - low[i]) / GRID_M).floor().clamp(0.0, 200.0) as u32;
     let line = |i: usize| {
         let spare = (high[i] - low[i] - f64::from(count(i)) * GRID_M) / 2.0;
@@ -271,12 +270,8 @@ fn grid(scene: &Scene, part: usize, at: &Vector) -> Vec<Vector> {
     };
     let mut all: Vec<Vector> =
         line(0).flat_map(|x| line(1).map(move |y| Vector::new(x, y, 0.0))).collect();
-    let landmarks = scene.spec().landmarks.iter().enumerate();
-    let others = landmarks.filter(|(_, own)| own.body != Some(BodyId::Part(part)));
-    let marked: Vec<Vector> = others
-        .filter_map(|(index, _)| scene.landmark(index))
-        .map(|pose| Vector::new(pose.position[0], pose.position[1], 0.0))
-        .collect();
+    let flat = |mark: Vector| Vector::new(mark.x, mark.y, 0.0);
+    let marked: Vec<Vector> = scene.marks(part).map(flat).collect();
     let free = |p: &Vector| marked.iter().all(|mark| (*mark - *p).length() > FROM_MARK_M);
     all.retain(|p| (REACH_M.0..=REACH_M.1).contains(&p.length()) && free(p));
     let far = |p: &Vector| (p.x - at.x).hypot(p.y - at.y);
@@ -285,8 +280,8 @@ fn grid(scene: &Scene, part: usize, at: &Vector) -> Vec<Vector> {
 }
 
 /// Returns whether a part at `place` is well inside the rim and away from everything else.
-pub(super) fn has_room(scene: &Scene, part: usize, solid: &Solid, place: &Frame) -> bool {
-    let [low, high] = scene.spec().table.rim;
+pub(super) fn has_room(scene: &Sensed<'_>, part: usize, solid: &Solid, place: &Frame) -> bool {
+    let [low, high] = scene.table().rim;
     let inside = solid.corners.iter().all(|corner| {
         let p = place.transform_point(*corner);
         p.x > low[0] + FROM_RIM_M
@@ -301,54 +296,4 @@ pub(super) fn has_room(scene: &Scene, part: usize, solid: &Solid, place: &Frame)
     let around = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
     inside
         && around.iter().all(|(x, y)| !scene.part_collides(part, &raised(x * ROOM_M, y * ROOM_M)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::robot::arm::BodyFrame;
-    use crate::robot::scene::{BodyKind, Handling, Look, Part, SceneSpec, cuboid};
-
-    /// Returns a scene with one block, dropped from just above the table.
-    fn block(half: [f64; 3]) -> Scene {
-        let kind = BodyKind {
-            name: "block".into(),
-            pieces: vec![cuboid([0.0; 3], half)],
-            density: 700.0,
-            friction: 0.5,
-            handling: Handling::default(),
-            look: Look { colour: 0, ink: 0, roughness: 0.5 },
-        };
-        let parts = vec![Part::free(0, BodyFrame::at([0.45, 0.0, half[2] + 1e-3]))];
-        Scene::new(SceneSpec { kinds: vec![kind], parts, ..SceneSpec::default() }).expect("valid")
-    }
-
-    #[test]
-    fn a_block_rests_on_six_sides_in_three_ways_the_lowest_first() {
-        let scene = block([0.010, 0.015, 0.025]);
-        let solid = Solid::of(&scene, 0).expect("it has a shape");
-        let frame = scene.part_frame(0);
-        let rests = rests(&solid, frame.rotation);
-        assert_eq!(rests.len(), 6);
-        let ways = ways(&solid, &frame);
-        let heights: Vec<i64> =
-            ways.iter().map(|own| (own[0].height_m * 1e3).round() as i64).collect();
-        // The two sides on which the block stands differ in where its z axis points.
-        assert_eq!(heights, [10, 15, 25, 25]);
-        assert_eq!(ways.iter().map(Vec::len).sum::<usize>(), 6);
-    }
-
-    #[test]
-    fn a_block_that_stands_is_laid_down_first_and_stays_inside_the_rim() {
-        let scene = block([0.010, 0.015, 0.025]);
-        let places = free_places(&scene, 0);
-        assert!((4..=MOST_PLACES).contains(&places.len()), "{}", places.len());
-        assert!(turns_over(&scene, 0, &places[0]));
-        assert!(!turns_over(&scene, 0, &places[places.len() - 1]), "as it stands comes last");
-        let [low, high] = scene.spec().table.rim;
-        for place in &places {
-            assert!((0..2).all(|i| place.position[i] > low[i] && place.position[i] < high[i]));
-        }
-        assert_eq!(places, free_places(&scene, 0));
-    }
 }

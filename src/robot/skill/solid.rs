@@ -4,7 +4,7 @@
 use rapier3d::geometry::{ConvexPolyhedron, SharedShape};
 use rapier3d::math::Vector;
 
-use crate::robot::scene::physics::Scene;
+use crate::robot::scene::Sensed;
 
 /// A flat face of a convex piece. Positions are in the part's frame, in metres.
 #[derive(Debug, Clone)]
@@ -84,7 +84,7 @@ impl Convex {
 
 impl Solid {
     /// Returns the shape of a part of the scene; `None` if it has none.
-    pub fn of(scene: &Scene, part: usize) -> Option<Self> {
+    pub fn of(scene: &Sensed<'_>, part: usize) -> Option<Self> {
         let pieces = scene.pieces(part);
         let corners: Vec<Vector> = pieces.iter().flat_map(|p| p.points()).copied().collect();
         let pieces: Vec<Convex> = pieces.into_iter().map(Convex::of).collect();

@@ -39,7 +39,7 @@ struct Skipped {
 impl Live {
     /// Carries out a decided action, or a recovery.
     pub fn act(&mut self, tools: &Tools<'_>, action: ActionId) -> Phase {
-        let seen = self.see(tools);
+        let seen = self.cell.look();
         if tools.model.look(&seen, &mut self.memory).present != self.present {
             // The world state changed while the graph was deciding.
             self.pretended.clear();
@@ -77,7 +77,7 @@ impl Live {
             self.pretended.push(operator.to);
             return Phase::Rest { left: REST };
         }
-        self.recover(tools, &seen, None)
+        self.recover(tools, None)
     }
 
     /// Returns how the episode ends if nothing is left to try.
@@ -93,8 +93,9 @@ impl Live {
 
     /// Returns the ids of the parts that fell off the table.
     pub fn lost(&self) -> Vec<String> {
-        let lost = (0..self.scene.part_count()).filter(|part| self.scene.lost(*part));
-        lost.map(|part| places::name(&self.scene, part)).collect()
+        let sensed = self.cell.sensed();
+        let lost = (0..sensed.part_count()).filter(|part| sensed.lost(*part));
+        lost.map(|part| places::name(&sensed, part)).collect()
     }
 
     /// Begins the first choice that works. With `careful`, choices at whose target another part lies wrongly are left
@@ -115,7 +116,7 @@ impl Live {
                 if !careful && !left.contains(&choice.what) {
                     continue;
                 }
-                let name = places::name(&self.scene, choice.part);
+                let name = places::name(&self.cell.sensed(), choice.part);
                 let mut skip = |why: String, untried: bool, jammed: bool| {
                     skipped.push(Skipped { what: choice.what.clone(), why, untried, jammed });
                 };
@@ -166,31 +167,31 @@ impl Live {
         target: Target,
         any: bool,
     ) -> Option<Means> {
+        let sensed = self.cell.sensed();
         let (grasps, family): (Vec<Grasp>, Family) = match any {
-            false => (tools.spec.task.grasps(&self.scene, part), Means::Task),
-            true => (skill::any_grasps(&self.scene, part), Means::Any),
+            false => (tools.spec.task.grasps(&sensed, part), Means::Task),
+            true => (skill::any_grasps(&sensed, part), Means::Any),
         };
-        let start = self.scene.part(part)?;
+        let start = sensed.part(part)?;
         let usable = self.attempts.usable(what, &start, grasps.len(), family);
         let list: Vec<Grasp> = usable.iter().map(|index| grasps[*index]).collect();
         if list.is_empty() {
             return None;
         }
         let drop_at = self.draw_drop(tools.spec.drop_rate);
-        self.robot.begin(&self.scene, part, target, &list, drop_at).ok()?;
-        let index = self.robot.taken_by(&list).and_then(|at| usable.get(at)).copied();
-        Some(family(index.unwrap_or(0)))
+        let at = self.cell.begin(part, target, &list, drop_at)?;
+        Some(family(usable.get(at).copied().unwrap_or(0)))
     }
 
     /// Remembers an attempt that begins.
     pub fn note(&mut self, what: &Intent, means: Means, detour: bool) {
-        let start = self.scene.part(what.part).unwrap_or(Pose::at([0.0; 3]));
+        let start = self.cell.sensed().part(what.part).unwrap_or(Pose::at([0.0; 3]));
         self.attempts.begin(Attempt::begun(what.clone(), means, start, detour));
     }
 
     /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
     fn recovery(&self, choice: &Choice, means: Means, skipped: &[Skipped]) -> Option<Recovery> {
-        let object = places::name(&self.scene, choice.part);
+        let object = places::name(&self.cell.sensed(), choice.part);
         let attempt = self.attempts.tries(&choice.what) + 1;
         let recovery =
             |kind, why: String| Some(Recovery { kind, object: object.clone(), why, attempt });
@@ -209,7 +210,8 @@ impl Live {
         let last =
             self.attempts.last().filter(|a| !a.detour && a.what.action == choice.what.action);
         if let Some((last, how)) = last.and_then(|a| Some((a, a.failure()?))) {
-            let why = format!("{} {}", places::name(&self.scene, last.what.part), how.text());
+            let why =
+                format!("{} {}", places::name(&self.cell.sensed(), last.what.part), how.text());
             if last.what != choice.what {
                 return recovery(differs(&last.what), why);
             }

@@ -6,6 +6,7 @@
 use std::fmt;
 
 use super::recorder::Recorder;
+use super::senses;
 use crate::robot::scene::Scene;
 use crate::robot::skill::Robot;
 use crate::robot::{SkillOutcome, SkillReport, Touch};
@@ -138,7 +139,8 @@ pub fn demonstrate_observed(
 }
 
 /// Demonstrates the task, as [`demonstrate_observed`] does, and passes every snapshot of the recording through
-/// `sensing`. The demonstrator and the judge still see the exact scene.
+/// `sensing`: one frame for each touch; at the start and the end, where the scene rests, the mean of 25 frames. The
+/// demonstrator and the judge still see the exact scene.
 ///
 /// # Errors
 /// As [`demonstrate`]; [`TaskError::Setting`] for a rate or noise outside its range.
@@ -152,7 +154,17 @@ pub fn demonstrate_sensed(
     sensing.check()?;
     let mut shown = demonstrate_observed(task, demos, seed, observer)?;
     if !sensing.is_exact() {
-        shown.recording = sensing.apply_recording(&shown.recording, seed.derive("", "sensing"));
+        let (exact, seed) = (shown.recording, seed.derive("", "sensing"));
+        shown.recording = sensing.apply_recording(&exact, seed);
+        // At both ends of a demonstration the scene rests, and there is time to look.
+        for (demo, exact) in shown.recording.demos.iter_mut().zip(&exact.demos) {
+            let seed = seed.derive_index("look", demo.number);
+            for (seen, exact) in demo.snapshots.iter_mut().zip(&exact.snapshots) {
+                if matches!(exact.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) {
+                    *seen = senses::look(exact, sensing, seed, exact.number);
+                }
+            }
+        }
     }
     Ok(shown)
 }
@@ -175,8 +187,8 @@ fn show(
     };
     while reports.len() < PATIENCE * task.min_actions() {
         let Some(step) = demonstrator.next(scene, &reports) else { break };
-        let grasps = task.grasps(scene, step.part);
-        match robot.begin(scene, step.part, step.target, &grasps, None) {
+        let grasps = task.grasps(&scene.sensed(), step.part);
+        match robot.begin(&scene.sensed(), step.part, step.target, &grasps, None) {
             Err(report) => {
                 let time_s = scene.time_s();
                 observer.observe(&Event::SkillEnded { time_s, report: &report, decision: None });
@@ -190,7 +202,7 @@ fn show(
         }
         let outcome = reports.last().map(|report: &SkillReport| report.outcome);
         if let Some(outcome) = outcome.filter(|o| *o != SkillOutcome::Placed) {
-            let why = scene.limits_in_words(step.part, &step.target, &grasps, outcome);
+            let why = scene.sensed().limits_in_words(step.part, &step.target, &grasps, outcome);
             failed.push(FailedMove { number: reports.len(), part: id(step.part), outcome, why });
         }
     }

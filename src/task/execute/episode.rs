@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::EpisodeSpec;
+use super::cell::Cell;
 use super::model::{BuildDecider, TaskModel};
-use super::recorder::Recorder;
 use super::reporter::LogReporter;
 use super::world::EpisodeWorld;
-use super::{EpisodeSpec, senses};
 use crate::robot::scene::Scene;
 use crate::robot::scene::SceneFrame;
 use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
@@ -63,7 +63,7 @@ pub struct PreparedEpisode<'d> {
     build: Arc<BuildDecider<'d>>,
     spec: EpisodeSpec,
     seed: Seed,
-    scene: Scene,
+    cell: Cell,
     model: Arc<TaskModel>,
     build_wall: Duration,
 }
@@ -101,13 +101,14 @@ impl<'d> PreparedEpisode<'d> {
         // The same scene as a simulator with this seed draws.
         let own = seed.derive("", "world");
         let scene = Scene::new(spec.task.scene(own)?)?;
-        let seen = senses::look(&Recorder::default(), &scene, &spec.sensing, own);
+        let mut cell = Cell::new(scene, spec.sensing, own);
+        let seen = cell.look();
         let began = Instant::now();
         let build: Arc<BuildDecider<'d>> = Arc::new(build);
         let model = Arc::new(TaskModel::new(domain, &*build, spec, &seen, None)?);
         let build_wall = began.elapsed();
         let spec = spec.clone();
-        Ok(Self { domain, build, spec, seed, scene, model, build_wall })
+        Ok(Self { domain, build, spec, seed, cell, model, build_wall })
     }
 
     /// Returns the planner graph over the first scene, for recording its activity.
@@ -126,7 +127,7 @@ impl<'d> PreparedEpisode<'d> {
     /// # Errors
     /// As [`EpisodeSpec::check`].
     pub fn into_world(self) -> Result<EpisodeWorld, TaskError> {
-        EpisodeWorld::begun(self.model, &self.spec, self.scene, self.seed)
+        EpisodeWorld::begun(self.model, &self.spec, self.cell, self.seed)
     }
 
     /// Runs the episode and sends its events to `observer`. If the problem is compiled anew, the new graph sends no
@@ -136,14 +137,14 @@ impl<'d> PreparedEpisode<'d> {
     /// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails. If the problem cannot be compiled
     /// anew, the episode ends with [`Ended::NoProblem`].
     pub fn run(self, observer: &mut dyn Observer) -> Result<Episode, TaskError> {
-        let Self { domain, build, spec, seed, scene, mut model, mut build_wall } = self;
+        let Self { domain, build, spec, seed, cell, mut model, mut build_wall } = self;
         let mut grounds = vec![model.ground.clone()];
         let goals: Vec<&str> =
             model.ground.goals().iter().map(|g| &*model.ground.domain()[*g].name).collect();
         observer.observe(&Event::EpisodeBegan { goal: &goals.join(" + ") });
         let mut reporter = LogReporter::default();
-        let parts = scene.part_count();
-        let mut world = EpisodeWorld::begun(model.clone(), &spec, scene, seed)?;
+        let parts = cell.sensed().part_count();
+        let mut world = EpisodeWorld::begun(model.clone(), &spec, cell, seed)?;
         loop {
             let run = RunConfig::seeded(seed).in_world(world).with_threads(spec.threads);
             let mut sim = Simulator::new(model.planner.graph().clone(), run)?;
@@ -155,10 +156,10 @@ impl<'d> PreparedEpisode<'d> {
             })?;
             if world.ended().is_none()
                 && grounds.len() < MOST_COMPILED
-                && let Some((seen, layout)) = world.last_look()
+                && let Some(seen) = world.look()
             {
                 let began = Instant::now();
-                let before = layout.map(|layout| (&*model, layout));
+                let before = world.memory().map(|layout| (&*model, layout));
                 let anew = TaskModel::new(domain, &*build, &spec, &seen, before);
                 build_wall += began.elapsed();
                 match anew {
@@ -172,9 +173,8 @@ impl<'d> PreparedEpisode<'d> {
                 }
             }
             let stuck = matches!(world.ended(), Some(Ended::Stuck(_)));
-            let layout = world.last_look().and_then(|(_, layout)| layout);
             let reference_moves =
-                layout.filter(|_| stuck).and_then(|layout| model.reference_moves(layout));
+                world.memory().filter(|_| stuck).and_then(|layout| model.reference_moves(layout));
             let (report, frames, physics_wall) = world.report();
             observer.observe(&Event::EpisodeEnded(&report));
             return Ok(Episode {

@@ -2,21 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::EpisodeSpec;
+use super::cell::Cell;
 use super::log::Log;
-use super::model::{Seen, TaskModel};
-use super::recorder::Recorder;
+use super::model::TaskModel;
 use super::recovery::attempts::{Attempts, near};
 use super::recovery::plight::Wanted;
-use super::{EpisodeSpec, senses};
 use crate::robot::Pose;
-use crate::robot::scene::{BodyId, Scene};
-use crate::robot::skill::Robot;
 use crate::sim::{Real, Seed};
 use crate::task::classify::Layout;
 use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::planner::{PlannerInput, Request};
 use crate::task::propositional::{ActionId, Obstacle, StateId, Verdict, WorldState};
-use crate::task::tasks::Perturbation;
 
 /// The executor's phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,8 +40,7 @@ const RECOGNISE: u32 = 10;
 /// The state that changes during an episode.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Live {
-    pub scene: Scene,
-    pub robot: Robot,
+    pub cell: Cell,
     pub phase: Phase,
     pub present: WorldState,
     /// The goal that the graph is asked for.
@@ -75,17 +71,15 @@ pub(super) struct Live {
 /// The parts of the world that the executor only reads.
 pub(super) struct Tools<'w> {
     pub model: &'w TaskModel,
-    pub recorder: &'w Recorder,
     pub spec: &'w EpisodeSpec,
 }
 
 impl Live {
     /// Returns the state at the beginning of an episode.
-    pub fn new(scene: Scene, seed: Seed, empty: WorldState, goal: StateId) -> Self {
-        let parts = scene.part_count();
+    pub fn new(cell: Cell, seed: Seed, empty: WorldState, goal: StateId) -> Self {
+        let parts = cell.sensed().part_count();
         Self {
-            scene,
-            robot: Robot::default(),
+            cell,
             phase: Phase::Rest { left: REST },
             present: empty,
             goal,
@@ -113,7 +107,9 @@ impl Live {
     }
 
     pub fn step(&mut self, tools: &Tools<'_>, command: &[Real]) {
-        self.perturb(tools.spec);
+        if let Some(perturbation) = tools.spec.perturbation.filter(|_| !self.perturbed) {
+            self.perturbed = self.cell.perturb(&perturbation);
+        }
         match self.phase.clone() {
             Phase::Rest { left: 0 } | Phase::Recognise { left: 0 } => self.look(tools),
             Phase::Rest { left } => self.phase = Phase::Rest { left: left - 1 },
@@ -121,9 +117,10 @@ impl Live {
             Phase::Ask { since_step } => self.listen(tools, command, since_step),
             Phase::Act | Phase::Over(_) | Phase::Recompile => {}
         }
-        let stepped = self.robot.step(&mut self.scene);
+        let stepped = self.cell.step();
+        let scene = self.cell.truth();
         if let Some(touch) = stepped.touch {
-            self.log.touches.push(Touched::at(self.scene.time_s(), touch));
+            self.log.touches.push(Touched::at(scene.time_s(), touch));
         }
         if let Some(report) = stepped.ended {
             // A skill always belongs to the last decision.
@@ -134,43 +131,23 @@ impl Live {
             self.phase = Phase::Rest { left: REST };
         }
         if let Some(every) = tools.spec.frame_ms
-            && (self.scene.steps() * self.scene.spec().step_ms).is_multiple_of(every.max(1))
+            && (scene.steps() * scene.spec().step_ms).is_multiple_of(every.max(1))
         {
-            self.log.frames.push(self.scene.frame());
+            self.log.frames.push(scene.frame());
         }
-        let (limit_s, _) = tools.spec.limits(self.scene.part_count());
-        let late = self.scene.time_s() > limit_s;
+        let (limit_s, _) = tools.spec.limits(scene.part_count());
+        let late = scene.time_s() > limit_s;
         if late && !matches!(self.phase, Phase::Over(_)) {
             self.phase = Phase::Over(Ended::GaveUp);
         }
     }
 
-    fn perturb(&mut self, spec: &EpisodeSpec) {
-        let Some(perturbation) = spec.perturbation.filter(|_| !self.perturbed) else { return };
-        let Perturbation { at_s, body, pose } = perturbation;
-        if self.scene.time_s() < at_s {
-            return;
-        }
-        let handled = |part: usize| match body {
-            BodyId::Part(own) => own == part,
-            BodyId::Fixture(fixture) => self.scene.carried(fixture).contains(&part),
-        };
-        if !self.robot.part().is_some_and(handled) && self.scene.room_for(body, &pose) {
-            self.scene.displace(body, &pose);
-            self.perturbed = true;
-        }
-    }
-
-    pub fn see(&self, tools: &Tools<'_>) -> Seen {
-        senses::look(tools.recorder, &self.scene, &tools.spec.sensing, self.seed)
-    }
-
     fn look(&mut self, tools: &Tools<'_>) {
-        let seen = self.see(tools);
+        let seen = self.cell.look();
         let belief = tools.model.look(&seen, &mut self.memory);
-        let (scene, memory) = (&self.scene, self.memory.as_ref());
+        let (sensed, memory) = (self.cell.sensed(), self.memory.as_ref());
         self.attempts.settle(|attempt| match attempt.detour {
-            true => scene.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
+            true => sensed.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
             false => tools.model.took_effect(&attempt.what, memory),
         });
         if self.present != belief.present {
@@ -186,7 +163,7 @@ impl Live {
         let another = self.goal != goal && !tools.model.planner.plans_for_all_goals();
         (self.present, self.goal) = (belief.present, goal);
         self.off = belief.in_no_state;
-        let mut in_no_state = vec![true; self.scene.part_count()];
+        let mut in_no_state = vec![true; self.in_no_state.len()];
         for part in belief.explained {
             in_no_state[part] = false;
         }
@@ -204,19 +181,19 @@ impl Live {
         self.phase = match (belief.outgrown, another) {
             (true, _) => Phase::Recompile,
             (false, true) => Phase::Recognise { left: RECOGNISE },
-            (false, false) => Phase::Ask { since_step: self.scene.steps() },
+            (false, false) => Phase::Ask { since_step: self.cell.truth().steps() },
         };
     }
 
     fn listen(&mut self, tools: &Tools<'_>, command: &[Real], since_step: u64) {
         let planner = &tools.model.planner;
-        let (domain, step_ms) = (planner.domain(), self.scene.spec().step_ms);
+        let (domain, step_ms) = (planner.domain(), self.cell.truth().spec().step_ms);
         let verdict = planner.verdict(command, &self.planner_input(tools.model.ground.goals()));
         let steps =
             self.shown.filter(|(shown, _)| Some(*shown) == verdict).map_or(1, |(_, n)| n + 1);
         self.shown = verdict.map(|verdict| (verdict, steps));
         let lasting = verdict.filter(|v| steps * step_ms >= planner.steady_ms(v));
-        let waited_ms = (self.scene.steps() - since_step) * step_ms;
+        let waited_ms = (self.cell.truth().steps() - since_step) * step_ms;
         let late = planner.patience_ms().is_some_and(|patience| waited_ms >= patience);
         let no_plan = || Verdict::Stuck(Obstacle::NoPlan { state: self.goal });
         let Some(verdict) = lasting.or_else(|| late.then(no_plan)) else { return };
@@ -232,7 +209,7 @@ impl Live {
             recovery: None,
             in_no_state: self.off.clone(),
         });
-        let (_, most_skills) = tools.spec.limits(self.scene.part_count());
+        let (_, most_skills) = tools.spec.limits(self.in_no_state.len());
         let spent = self.log.skill_count() >= most_skills;
         self.phase = match verdict {
             Verdict::Met if self.pretended.is_empty() => Phase::Over(Ended::GoalMet),
@@ -244,8 +221,8 @@ impl Live {
             _ if spent => Phase::Over(Ended::GaveUp),
             Verdict::Act(action) => self.act(tools, action),
             // With pretended states, this is no verdict about the goal: there is no other order.
-            Verdict::Met => self.recover(tools, &self.see(tools), None),
-            Verdict::Stuck(obstacle) => self.recover(tools, &self.see(tools), Some(obstacle)),
+            Verdict::Met => self.recover(tools, None),
+            Verdict::Stuck(obstacle) => self.recover(tools, Some(obstacle)),
         };
         if let (Phase::Act, Some(decided)) = (&self.phase, self.log.decisions.last_mut()) {
             decided.begun = true;

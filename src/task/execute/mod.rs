@@ -66,10 +66,12 @@
 //!   ([`Episode::reference_moves`]).
 //!
 //! [`Ended`](crate::task::event::Ended) lists the ways in which an episode ends. The executor knows the learned domain and, from the
-//! task, the grasps. It knows nothing else about the task.
+//! task, the grasps. It knows nothing else about the task. What it does goes by what the robot senses
+//! ([`Sensed`](crate::robot::scene::Sensed)); where the bodies are in truth is for the physics and the judge alone.
 
 mod act;
 mod activity;
+mod cell;
 mod demonstrate;
 mod episode;
 mod guess;
@@ -116,8 +118,8 @@ pub struct EpisodeSpec {
     pub frame_ms: Option<u64>,
     /// Threads that compute the planner graph's ticks. The episode has the same bits either way.
     pub threads: Threads,
-    /// Errors of the executor's sensing. If there are any, each look takes nine frames and their middle; an object
-    /// is seen if it is in two of them.
+    /// Errors of the robot's sensing. If there are any, each look takes 25 frames and their mean; an object is seen if it is
+    /// in two of them. The part in the hand is followed by the mean of its last 45 frames.
     pub sensing: Sensing,
 }
 

@@ -6,11 +6,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::EpisodeSpec;
+use super::cell::Cell;
 use super::live::{Live, Phase, Tools};
 use super::log::Log;
 use super::model::{Seen, TaskModel};
-use super::recorder::Recorder;
-use super::senses;
 use crate::robot::scene::Scene;
 use crate::robot::scene::SceneFrame;
 use crate::sim::{Real, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
@@ -25,7 +24,6 @@ use crate::task::propositional::StateId;
 /// [`PreparedEpisode::into_world`]: super::PreparedEpisode::into_world
 pub struct EpisodeWorld {
     model: Arc<TaskModel>,
-    recorder: Recorder,
     spec: EpisodeSpec,
     step_ms: u64,
     /// Whether the next reset keeps the scene: it was drawn already, or belongs to an episode that goes on.
@@ -38,14 +36,13 @@ impl EpisodeWorld {
     pub(super) fn begun(
         model: Arc<TaskModel>,
         spec: &EpisodeSpec,
-        scene: Scene,
+        cell: Cell,
         seed: Seed,
     ) -> Result<Self, TaskError> {
         spec.check()?;
-        let step_ms = scene.spec().step_ms;
-        let (recorder, spec) = (Recorder::default(), spec.clone());
-        let mut world = Self { model, recorder, spec, step_ms, kept: true, live: None };
-        world.live = Some(world.fresh(scene, seed.derive("", "world")));
+        let step_ms = cell.truth().spec().step_ms;
+        let mut world = Self { model, spec: spec.clone(), step_ms, kept: true, live: None };
+        world.live = Some(world.fresh(cell, seed.derive("", "world")));
         Ok(world)
     }
 
@@ -61,11 +58,14 @@ impl EpisodeWorld {
         self.kept = true;
     }
 
-    /// Returns what the executor sees now, and what it remembers; `None` before the first reset.
-    pub(super) fn last_look(&self) -> Option<(Seen, Option<&Layout>)> {
-        let live = self.live.as_ref()?;
-        let seen = senses::look(&self.recorder, &live.scene, &self.spec.sensing, live.seed);
-        Some((seen, live.memory.as_ref()))
+    /// Returns what the executor sees now; `None` before the first reset.
+    pub(super) fn look(&mut self) -> Option<Seen> {
+        self.live.as_mut().map(|live| live.cell.look())
+    }
+
+    /// Returns the layout of the last look; `None` before the first.
+    pub(super) fn memory(&self) -> Option<&Layout> {
+        self.live.as_ref()?.memory.as_ref()
     }
 
     /// Ends the episode.
@@ -88,9 +88,9 @@ impl EpisodeWorld {
         self.goals().first().copied().unwrap_or(StateId::new(0))
     }
 
-    fn fresh(&self, scene: Scene, seed: Seed) -> Live {
+    fn fresh(&self, cell: Cell, seed: Seed) -> Live {
         let goal = self.first_goal();
-        Live::new(scene, seed, self.model.planner.domain().empty_world(), goal)
+        Live::new(cell, seed, self.model.planner.domain().empty_world(), goal)
     }
 
     /// Returns a simulator's world as an `EpisodeWorld`; `None` if it is another kind of world.
@@ -133,7 +133,7 @@ impl EpisodeWorld {
 
     /// Returns the scene; `None` before the first reset.
     pub fn scene(&self) -> Option<&Scene> {
-        self.live.as_ref().map(|live| &live.scene)
+        self.live.as_ref().map(|live| live.cell.truth())
     }
 
     /// Returns what the executor is doing.
@@ -156,9 +156,10 @@ impl EpisodeWorld {
     /// Refuses a saved state whose scene does not match this world's task.
     fn check_own(&self, live: &Live) -> Result<(), WorldError> {
         let own = self.spec.task.scene(live.seed).map_err(fault)?;
-        let saved = live.scene.spec();
+        let scene = live.cell.truth();
+        let saved = scene.spec();
         for (what, saved, own) in [
-            ("parts", live.scene.part_count(), own.parts.len()),
+            ("parts", scene.part_count(), own.parts.len()),
             ("kinds of parts", saved.kinds.len(), own.kinds.len()),
         ] {
             if saved != own {
@@ -207,7 +208,7 @@ impl World for EpisodeWorld {
     }
 
     fn advance(&mut self, command: &[Real]) -> Result<(), WorldError> {
-        let tools = Tools { model: &self.model, recorder: &self.recorder, spec: &self.spec };
+        let tools = Tools { model: &self.model, spec: &self.spec };
         if let Some(live) = &mut self.live {
             live.step(&tools, command);
         }
@@ -219,7 +220,7 @@ impl World for EpisodeWorld {
             return Ok(());
         }
         let scene = Scene::new(self.spec.task.scene(seed).map_err(fault)?).map_err(fault)?;
-        self.live = Some(self.fresh(scene, seed));
+        self.live = Some(self.fresh(Cell::new(scene, self.spec.sensing, seed), seed));
         Ok(())
     }
 

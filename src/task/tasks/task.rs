@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::robot::Pose;
 use crate::robot::SkillReport;
-use crate::robot::scene::{BodyId, Scene, SceneSpec};
+use crate::robot::scene::{BodyId, Scene, SceneSpec, Sensed};
 use crate::robot::skill::{Grasp, Target};
 use crate::sim::Seed;
 use crate::task::error::TaskError;
@@ -43,7 +43,7 @@ pub trait Task: Debug + Send + Sync {
 
     /// Returns the grasps for a part as it lies now, the best first; an empty list if the part cannot be
     /// grasped.
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp>;
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp>;
 
     /// Returns the demonstrator of demonstration `demo`, counted from 0. `seed` is the same for all
     /// demonstrations; differences between them must be drawn from `seed` and `demo`.

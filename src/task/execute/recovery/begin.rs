@@ -19,12 +19,14 @@ const DETOURS: (usize, usize) = (6, 3);
 impl Live {
     /// Returns what the recoveries know of the scene.
     pub fn plight<'v>(&'v self, seen: &'v Seen) -> Plight<'v> {
-        let Self { scene, in_no_state, homes, wanted, .. } = self;
-        Plight { scene, seen, in_no_state, homes, wanted, in_the_way: &[], stuck: false }
+        let Self { in_no_state, homes, wanted, .. } = self;
+        let sensed = self.cell.sensed();
+        Plight { sensed, seen, in_no_state, homes, wanted, in_the_way: &[], stuck: false }
     }
 
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
-    pub fn recover(&mut self, tools: &Tools<'_>, seen: &Seen, stuck: Option<Obstacle>) -> Phase {
+    pub fn recover(&mut self, tools: &Tools<'_>, stuck: Option<Obstacle>) -> Phase {
+        let seen = self.cell.look();
         let mut in_the_way = match stuck {
             Some(Obstacle::NothingCauses { state }) => {
                 tools.model.in_the_way(state, self.memory.as_ref())
@@ -35,18 +37,17 @@ impl Live {
         in_the_way.sort_by_key(|(part, _)| {
             self.attempts.tries(&Intent::detour(RecoveryKind::Clear, *part))
         });
-        let all = detours(&Plight { in_the_way: &in_the_way, stuck: true, ..self.plight(seen) });
+        let all = detours(&Plight { in_the_way: &in_the_way, stuck: true, ..self.plight(&seen) });
         self.pretended.clear();
         for detour in all {
             if let Some(phase) = self.detour(tools, &detour) {
                 return phase;
             }
         }
-        let mut parts = 0..self.scene.part_count();
-        match parts.any(|part| self.scene.part_speed(part) > MOVES_M_S) {
+        match self.cell.sensed().is_still(MOVES_M_S) {
             // A part that still falls or rolls may come to be in a state, or be lost.
-            true => Phase::Rest { left: REST },
-            false => Phase::Over(self.given_up(stuck)),
+            Some(false) => Phase::Rest { left: REST },
+            _ => Phase::Over(self.given_up(stuck)),
         }
     }
 
@@ -62,8 +63,8 @@ impl Live {
     fn detour(&mut self, tools: &Tools<'_>, detour: &Detour) -> Option<Phase> {
         let Detour { kind, part, ref why, .. } = *detour;
         let what = Intent::detour(kind, part);
-        let start = self.scene.part(part)?;
-        let most = DETOURS.0 + DETOURS.1 * self.scene.part_count();
+        let start = self.cell.sensed().part(part)?;
+        let most = DETOURS.0 + DETOURS.1 * self.in_no_state.len();
         if self.attempts.detours() >= most || !self.attempts.may_detour(&what, &start) {
             return None;
         }
@@ -72,7 +73,7 @@ impl Live {
             _ => self.move_away(tools, &what, detour.strict),
         };
         let means = begun?;
-        let object = places::name(&self.scene, part);
+        let object = places::name(&self.cell.sensed(), part);
         let attempt = self.attempts.tries(&what) + 1;
         self.note(&what, means, true);
         if let Some(decided) = self.log.decisions.last_mut() {
@@ -86,7 +87,7 @@ impl Live {
 
     /// Begins to put a part at a free place.
     fn move_away(&mut self, tools: &Tools<'_>, what: &Intent, strict: bool) -> Option<Means> {
-        let places = places::free_places(&self.scene, what.part, &self.homes, strict);
+        let places = places::free_places(&self.cell.sensed(), what.part, &self.homes, strict);
         for any in [false, true] {
             for place in &places {
                 if let Some(means) = self.begin(tools, what, what.part, *place, any) {
@@ -99,12 +100,9 @@ impl Live {
 
     /// Begins to push a part.
     fn push(&mut self, what: &Intent, start: &Pose) -> Option<Means> {
-        let pushes = skill::pushes(&self.scene, what.part);
+        let pushes = skill::pushes(&self.cell.sensed(), what.part);
         let usable = self.attempts.usable(what, start, pushes.len(), Means::Push);
-        let first = usable.into_iter().find(|index| {
-            let push = &pushes[*index];
-            self.robot.begin_push(&self.scene, push).is_ok()
-        });
+        let first = usable.into_iter().find(|index| self.cell.begin_push(&pushes[*index]));
         first.map(Means::Push)
     }
 }

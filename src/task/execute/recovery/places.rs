@@ -1,7 +1,7 @@
 //! Free places for parts, and the names of parts.
 
 use crate::robot::Pose;
-use crate::robot::scene::Scene;
+use crate::robot::scene::Sensed;
 use crate::robot::skill::{self, Facing, Target};
 
 /// Least distance of a free place from every other part, in metres.
@@ -20,7 +20,7 @@ const ALIKE: f64 = 0.25;
 
 /// Returns whether a part in this pose lies as parts of its kind lay when they were found: its axis is equally steep.
 pub(in crate::task::execute) fn lies_well(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     part: usize,
     pose: &Pose,
     homes: &[Option<Pose>],
@@ -40,7 +40,7 @@ pub(in crate::task::execute) fn lies_well(
 /// the order of [`skill::free_places`]. With `strict`, the part lies at all of them as it was found, and places near
 /// where it was found come first.
 pub(in crate::task::execute) fn free_places(
-    scene: &Scene,
+    scene: &Sensed<'_>,
     part: usize,
     homes: &[Option<Pose>],
     strict: bool,
@@ -86,7 +86,7 @@ pub(in crate::task::execute) fn free_places(
 }
 
 /// Returns the id of a part: its kind and its number among the parts of this kind, lost ones included.
-pub(in crate::task::execute) fn name(scene: &Scene, part: usize) -> String {
+pub(in crate::task::execute) fn name(scene: &Sensed<'_>, part: usize) -> String {
     let Some(kind) = scene.kinds().nth(part) else { return format!("part_{part}") };
     let number = scene.kinds().take(part).filter(|own| *own == kind).count();
     let name = scene.kind(part).map_or("part", |kind| &kind.name);

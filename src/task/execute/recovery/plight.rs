@@ -1,8 +1,8 @@
-//! What the recoveries know: the scene, the parts in no state, and what could not be done.
+//! What the recoveries know: the scene as it is sensed, the parts in no state, and what could not be done.
 
 use super::places;
 use crate::robot::Pose;
-use crate::robot::scene::Scene;
+use crate::robot::scene::Sensed;
 use crate::task::execute::model::{Choice, Seen};
 
 /// What the executor wanted to do and could not: a part, and where it was to be put.
@@ -29,7 +29,7 @@ impl Wanted {
 /// What the ladder knows.
 #[derive(Clone, Copy)]
 pub(in crate::task::execute) struct Plight<'v> {
-    pub scene: &'v Scene,
+    pub sensed: Sensed<'v>,
     pub seen: &'v Seen,
     /// For each part, whether it is in no state.
     pub in_no_state: &'v [bool],
@@ -93,13 +93,13 @@ impl Plight<'_> {
 
     /// Returns the id of a part.
     pub fn name(&self, part: usize) -> String {
-        places::name(self.scene, part)
+        places::name(&self.sensed, part)
     }
 
     /// Returns whether a part lies otherwise than parts of its kind lay when they were found, such as on its edge.
     pub fn lies_ill(&self, part: usize) -> bool {
-        let pose = self.scene.part(part);
-        pose.is_some_and(|pose| !places::lies_well(self.scene, part, &pose, self.homes))
+        let pose = self.sensed.part(part);
+        pose.is_some_and(|pose| !places::lies_well(&self.sensed, part, &pose, self.homes))
     }
 
     fn loose(&self, part: usize) -> bool {
@@ -108,7 +108,7 @@ impl Plight<'_> {
 
     /// Returns whether the robot can lift a part away.
     fn free(&self, part: usize) -> bool {
-        self.scene.slider(part).is_none()
+        self.sensed.slider(part).is_none()
     }
 
     /// Returns whether another part rests on a part.

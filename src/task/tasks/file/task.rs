@@ -15,7 +15,8 @@ use crate::robot::Pose;
 use crate::robot::arm::BodyFrame;
 use crate::robot::arm::vector::{add, unit};
 use crate::robot::scene::{
-    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Slider, Symmetry,
+    BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Sensed, Slider,
+    Symmetry,
 };
 use crate::robot::skill::Grasp;
 use crate::sim::Seed;
@@ -274,7 +275,7 @@ impl Task for DataTask {
         })
     }
 
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
         let kind = scene.kinds().nth(part).and_then(|kind| self.0.file.parts.get(kind));
         match (kind, scene.body_frame(part)) {
             (Some(kind), Some(frame)) => {

@@ -9,7 +9,7 @@ use super::demonstrator::Rules;
 use super::settings::{NUT, NutsAndBolts};
 use super::{grasps, scene};
 use crate::robot::Pose;
-use crate::robot::scene::{BodyId, Scene, SceneSpec};
+use crate::robot::scene::{BodyId, Scene, SceneSpec, Sensed};
 use crate::robot::skill::Grasp;
 use crate::sim::Seed;
 use crate::task::error::TaskError;
@@ -37,7 +37,7 @@ impl Task for NutsAndBolts {
         scene::spec(self, seed)
     }
 
-    fn grasps(&self, scene: &Scene, part: usize) -> Vec<Grasp> {
+    fn grasps(&self, scene: &Sensed<'_>, part: usize) -> Vec<Grasp> {
         match (scene.body_frame(part), scene.kinds().nth(part)) {
             (Some(frame), Some(NUT)) => grasps::nut(&frame, &self.part),
             (Some(frame), Some(_)) => grasps::bolt(&frame, &self.part),
