@@ -13,6 +13,7 @@ mod strips;
 mod tally;
 
 mod alternatives;
+mod attempts;
 mod catalogue;
 mod events;
 mod goal_set_races;
@@ -43,6 +44,7 @@ mod statistics;
 mod strangers;
 mod synthetic;
 mod task_files;
+mod teaching;
 mod traces;
 mod trials;
 mod worlds;

@@ -68,7 +68,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
             let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
             let (support, demos) = (frames.support(&all), motion.recording.demos.len());
             let rare = support < least_support(demos) || is_scattered(&places, support, demos);
-            if rare && !frames.were_left(&all) {
+            if rare && !frames.were_left(&all) && !frames.are_all_put(kind, &all) {
                 lost.extend(all);
                 continue;
             }
@@ -180,6 +180,16 @@ impl Frames<'_, '_> {
             came == Came::Found && own.any(|a| motion.index_at(demo, track, a.before) == Some(rest))
         };
         !motion.is_noisy() && !motion.flickers && rests.iter().all(|rest| moved(*rest))
+    }
+
+    /// Returns whether objects of a kind were put nowhere else than in these rests. Where a thing is for is where it goes,
+    /// even if it was needed once.
+    fn are_all_put(&self, kind: usize, rests: &[usize]) -> bool {
+        let put = |rest: &Rest| matches!(rest.came, Came::Placed(_));
+        let all = self.motion.rests.iter().enumerate();
+        let mut own = all.filter(|(_, r)| self.motion.kind(r) == &*self.kinds[kind] && put(r));
+        rests.iter().any(|rest| put(&self.motion.rests[*rest]))
+            && own.all(|(rest, _)| rests.contains(&rest))
     }
 
     /// Returns the number of demonstrations in which some rests occur.
