@@ -44,8 +44,17 @@ struct Walk {
 
 /// Returns the demonstration that would decide most; `None` if no order of moves to the goal decides anything.
 ///
-/// Costs some hundred milliseconds.
-pub fn ask(domain: &RelationalDomain, recording: &Recording) -> Option<Question> {
+/// `needed` has the conditions that are known to be needed, as in [`Question::decides`]: those without which an earlier
+/// question could not be shown. All moves meet them. Costs some hundred milliseconds.
+pub fn ask(
+    domain: &RelationalDomain,
+    recording: &Recording,
+    needed: &[(String, String)],
+) -> Option<Question> {
+    let said = |(o, n): (usize, usize)| {
+        let operator = &domain.operators[o];
+        (operator.name.clone(), domain.need_in_words(operator, &operator.needs[n]))
+    };
     let first = |number: usize, ids: &[&str]| {
         let mut scene = recording.demos[number].snapshots.first()?.clone();
         scene.object = None;
@@ -64,18 +73,16 @@ pub fn ask(domain: &RelationalDomain, recording: &Recording) -> Option<Question>
         }
         for ids in left_out {
             let Some(scene) = first(number, &ids) else { continue };
-            let Some((weight, walk)) = widest(domain, &scene) else { continue };
+            let Some((weight, walk)) = widest(domain, &scene, |need| needed.contains(&said(need)))
+            else {
+                continue;
+            };
             // Objects are left out only where that decides more.
             if best.as_ref().is_none_or(|(most, _)| weight > *most + 1e-9) {
                 let named = |m: &Move| {
                     let (action, object) =
                         (&domain.operators[m.operator], &scene.objects[m.object]);
                     (action.name.clone(), object.id.to_string())
-                };
-                let said = |(o, n): (usize, usize)| {
-                    let operator = &domain.operators[o];
-                    let condition = domain.need_in_words(operator, &operator.needs[n]);
-                    (operator.name.clone(), condition)
                 };
                 let question = Question {
                     demo: recording.demos[number].number,
@@ -92,10 +99,15 @@ pub fn ask(domain: &RelationalDomain, recording: &Recording) -> Option<Question>
 
 /// Returns the moves from a scene to the goal that leave most unmet, with the sum of what the needs count; `None` if they
 /// leave nothing unmet. Of equals, the fewest moves are taken. No object makes an action twice.
-fn widest(domain: &RelationalDomain, scene: &Snapshot) -> Option<(f64, Walk)> {
+fn widest(
+    domain: &RelationalDomain,
+    scene: &Snapshot,
+    needed: impl Fn((usize, usize)) -> bool,
+) -> Option<(f64, Walk)> {
     let layout = Classifier::new(domain).classify(scene);
     let problem = Problem::new(domain, &layout).ok()?;
-    let undecided: BTreeSet<(usize, usize)> = problem.undecided().collect();
+    let (needed, undecided): (BTreeSet<(usize, usize)>, BTreeSet<_>) =
+        problem.undecided().partition(|need| needed(*need));
     let weight = |walk: &Walk| -> f64 {
         let of = |(o, n): &(usize, usize)| domain.operators[*o].needs[*n].of as f64;
         walk.unmet.iter().map(|need| 1.0 / (of(need) + 2.0)).sum()
@@ -115,7 +127,8 @@ fn widest(domain: &RelationalDomain, scene: &Snapshot) -> Option<(f64, Walk)> {
             }
             for m in problem.moves(&walk.situation) {
                 let again = |e: &Move| (e.operator, e.object) == (m.operator, m.object);
-                if walk.moves.iter().any(again) {
+                let lacks = problem.unmet(&m, &walk.situation, &needed).next().is_some();
+                if lacks || walk.moves.iter().any(again) {
                     continue;
                 }
                 let mut longer = walk.clone();

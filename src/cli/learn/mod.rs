@@ -78,7 +78,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     }
     // With the domain file, standard output holds nothing else.
     if !matches!(out, Place::Stdout) {
-        let question = ask(&learned.domain, &recording);
+        let question = ask(&learned.domain, &recording, &[]);
         let json = || summary(&learned, question.as_ref());
         let text = || {
             let asked = question.as_ref().map(question_text);

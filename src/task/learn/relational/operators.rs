@@ -7,8 +7,8 @@ use super::likelihood::Likelihood;
 use super::motion::{Came, Motion};
 use super::states::{States, least_support};
 use crate::task::domain::{
-    Condition, Coordinate, Displacement, Fact, GoalTerm, Need, NeedVerdict, Origin, Parameters,
-    Place, Quantity, RelationalOperator, Role, SideEffect, Situation, Subject, relative,
+    Condition, Coordinate, Displacement, Fact, Need, NeedVerdict, Origin, Parameters,
+    RelationalOperator, Role, SideEffect, Situation, Subject, relative,
 };
 use crate::task::learn::attempts::Attempt;
 use crate::task::learn::names::action_name;
@@ -248,9 +248,9 @@ fn operator(
         let present = instances.iter().map(|i| i.present(motion, found, &condition));
         let present: Vec<usize> = present.collect();
         // If their number differs and all were there each time, the condition is about all of them.
-        let every = found.states[condition.state].origin == Origin::Placed
-            && counts == present
-            && present.iter().min() < present.iter().max();
+        let numbers: BTreeSet<usize> = present.iter().copied().filter(|n| *n > 0).collect();
+        let placed = found.states[condition.state].origin == Origin::Placed;
+        let every = placed && counts == present && numbers.len() > 1;
         let held = if every { of } else { held };
         let need = |verdict, holds, least| {
             let every = every && holds;

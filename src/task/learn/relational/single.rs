@@ -27,7 +27,8 @@ pub(super) fn learn(
     Ok(if fewer { again } else { learned })
 }
 
-/// Returns the states into which objects were put, each with the kind of the nearest other object at the end.
+/// Returns the states into which objects were put, each with the kind of the nearest other object at the end. What did not
+/// move comes first.
 pub(super) fn unsure_frames(
     domain: &RelationalDomain,
     recording: &Recording,
@@ -37,8 +38,9 @@ pub(super) fn unsure_frames(
     let beside = placed.filter_map(|state| {
         let at = state.places.first()?.pose();
         let others = end?.objects.iter().filter(|o| *o.kind != *state.kind);
+        let moved = |o: &ObjectPose| domain.states.iter().any(|s| *s.kind == *o.kind);
         let far = |o: &ObjectPose| o.pose.distance(&at);
-        let near = others.min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let near = others.min_by(|a, b| moved(a).cmp(&moved(b)).then(far(a).total_cmp(&far(b))))?;
         Some((state.name.clone(), near.kind.to_string()))
     });
     beside.collect()
