@@ -15,11 +15,11 @@ use symbolt::task::domain::RelationalDomain;
 use symbolt::task::tasks::file::{DataTask, FORMAT};
 use symbolt::task::tasks::nuts_and_bolts::NutsAndBolts;
 use symbolt::task::tasks::{self, Task};
-use symbolt::task::{Recording, Snapshot, TaskError};
+use symbolt::task::{Recording, Snapshot, TaskError, demonstrate};
 
 use super::end::Outcome;
 use super::options::Common;
-use super::output::{answer, facts};
+use super::output::{answer, facts, warn};
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct CheckArgs {
@@ -58,7 +58,8 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
         allow(Limit::SETTINGS)?;
         let task = DataTask::parse(bytes, name)?;
         let parts = task.scene(Seed::new(0))?.parts.len();
-        return Ok(json!({"kind": "task", "parts": parts}));
+        let unsolved = unsolved(&task)?;
+        return Ok(json!({"kind": "task", "parts": parts, "unsolved": unsolved}));
     }
     if header.as_ref().map_or(head.contains("\"format\""), |v| v.format.is_some()) {
         allow(Limit::DOMAIN)?;
@@ -77,11 +78,13 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
         allow(Limit::SETTINGS)?;
         if task.name() == NutsAndBolts::default().name() {
             let spec = NutsAndBolts::parse(bytes, name)?;
-            let kind = "scene configuration";
-            return Ok(json!({"kind": kind, "nuts": spec.nuts, "bolts": spec.bolts}));
+            let (kind, unsolved) = ("scene configuration", unsolved(&spec)?);
+            let (nuts, bolts) = (spec.nuts, spec.bolts);
+            return Ok(json!({"kind": kind, "nuts": nuts, "bolts": bolts, "unsolved": unsolved}));
         }
-        let parts = task.with_settings(bytes, name)?.scene(Seed::new(0))?.parts.len();
-        return Ok(json!({"kind": "scene configuration", "parts": parts}));
+        let task = task.with_settings(bytes, name)?;
+        let (parts, unsolved) = (task.scene(Seed::new(0))?.parts.len(), unsolved(&*task)?);
+        return Ok(json!({"kind": "scene configuration", "parts": parts, "unsolved": unsolved}));
     }
     allow(Limit::RECORDING)?;
     let (recording, labels) = Recording::parse(bytes, name)?;
@@ -90,6 +93,15 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
         "kind": "recording", "demonstrations": recording.demos.len(),
         "snapshots": recording.snapshot_count(), "labels": labelled,
     }))
+}
+
+/// Demonstrates a task once. Returns what the robot could not do, with the number that rules it out: reach, grip against
+/// weight, or opening of the fingers. Warns of it, too.
+fn unsolved(task: &dyn Task) -> Result<Vec<String>, TaskError> {
+    let shown = demonstrate(task, 1, Seed::new(0))?;
+    let unsolved: Vec<String> = shown.unsolved.iter().map(ToString::to_string).collect();
+    unsolved.iter().for_each(|why| warn(&format!("a trial did not solve the task: {why}")));
+    Ok(unsolved)
 }
 
 /// The keys of a JSON object and its format. The other values are skipped without being kept.

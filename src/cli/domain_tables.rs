@@ -10,7 +10,7 @@ use symbolt::task::domain::{
 };
 
 use super::output::keys;
-use super::table::{Grid, counted, section, unbroken};
+use super::table::{Grid, counted, section, unbroken, wrapped};
 
 /// Returns tables of the states, the operators with their conditions and side effects, and the goal.
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
@@ -40,7 +40,31 @@ pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
     if !grid.is_empty() {
         section(&mut text, "Goal of the demonstrations", &grid);
     }
+    if let Some(others) = other_goals(domain) {
+        let _ = writeln!(text, "{}\n", wrapped(&format!("{others}."), 0));
+    }
     text
+}
+
+/// Returns in a sentence the states that some demonstrations may have been for instead; `None` if there are none.
+pub(crate) fn other_goals(domain: &RelationalDomain) -> Option<String> {
+    let others = domain.other_goals();
+    let shown = |state: &usize| {
+        let own = domain.operators.iter().filter(|o| o.to == *state);
+        format!(
+            "{} ({} times)",
+            domain.states[*state].name,
+            own.map(|o| o.instances).sum::<usize>()
+        )
+    };
+    let names: Vec<String> = others.iter().map(shown).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "the demonstrations end differently: {} were reached, and neither the goal nor another action needs them; \
+             `plan --goal STATE` plans for one of them",
+            names.join(" and ")
+        )
+    })
 }
 
 /// The title of the conditions.
@@ -166,6 +190,7 @@ pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
         "states": domain.states.iter().map(state).collect::<Vec<_>>(),
         "operators": domain.operators.iter().map(|o| action(domain, o)).collect::<Vec<_>>(),
         "goals": domain.goals.iter().map(|g| term(domain, g)).collect::<Vec<_>>(),
+        "other_goals": domain.names(&domain.other_goals()),
         "goal": domain.goals.last().map(|goal| &domain.states[goal.state].name),
         "noise_m": domain.noise_m,
         "noise_rad": domain.noise_rad,
@@ -262,8 +287,9 @@ fn action(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
 
 fn need(domain: &RelationalDomain, operator: &RelationalOperator, need: &Need) -> Value {
     json!({
-        "state": domain.states[need.condition.state].name, "subject": need.condition.subject,
-        "verdict": need.verdict, "holds": need.holds, "least": need.least,
+        "state": domain.states[need.condition.state].name, "or": domain.names(&need.or),
+        "subject": need.condition.subject, "verdict": need.verdict, "holds": need.holds,
+        "least": need.least, "every": need.every,
         "held": need.held, "of": need.of,
         "words": domain.need_in_words(operator, need), "reason": need.reason(),
     })

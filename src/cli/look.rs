@@ -9,7 +9,7 @@ use symbolt::task::compile::TargetPose;
 use symbolt::task::domain::{GoalTerm, RelationalDomain};
 use symbolt::task::{Snapshot, TaskError};
 
-use super::domain_tables::metres;
+use super::domain_tables::{metres, other_goals};
 use super::end::BadArgument;
 use super::options::GroundingArgs;
 use super::output::{not_both_standard_input, warn};
@@ -29,10 +29,15 @@ pub(crate) fn wanted(
     match name {
         Some(goal) => Ok(vec![domain.goal(goal)?]),
         None if domain.goals.is_empty() => {
-            let problem = "the domain has no goal; name one with --goal STATE";
-            Err(BadArgument(problem.into()).into())
+            let others =
+                other_goals(domain).map_or_else(String::new, |others| format!(": {others}"));
+            let problem = format!("the domain has no goal; name one with --goal STATE{others}");
+            Err(BadArgument(problem).into())
         }
-        None => Ok(domain.goals.clone()),
+        None => {
+            other_goals(domain).iter().for_each(|others| warn(others));
+            Ok(domain.goals.clone())
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`statistics`] | rates and means with their 95% intervals |
 //! | [`experiment`] | the framework: trials in a journal, tables, figures |
+//! | [`asking`] | the further demonstration that would decide most about a learned domain |
 //! | [`catalogue`] | the experiments by name |
 //! | [`problems`] | planning problems with known shortest plans |
 //! | [`retrieval`] | objects and actions by two conditions: worlds, exact methods, closed forms, networks |
@@ -12,6 +13,7 @@
 //! | [`stack_planner`] | the spiking planner of 2016, rebuilt to be compared with |
 //! | [`worlds`] | kinematic tasks with known truth, for scoring learners |
 
+pub mod asking;
 pub mod catalogue;
 pub mod experiment;
 pub mod problems;

@@ -48,6 +48,7 @@ mod statistics;
 mod strangers;
 mod synthetic;
 mod task_files;
+mod teaching;
 mod traces;
 mod trials;
 mod worlds;

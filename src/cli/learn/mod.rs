@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
+use symbolt::study::asking::{Question, ask};
 use symbolt::task::Recording;
 use symbolt::task::domain::KindClusters;
 use symbolt::task::learn::{
@@ -77,7 +78,13 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     }
     // With the domain file, standard output holds nothing else.
     if !matches!(out, Place::Stdout) {
-        answer(&args.common, || summary(&learned), || tables(&learned))?;
+        let question = ask(&learned.domain, &recording, &[]);
+        let json = || summary(&learned, question.as_ref());
+        let text = || {
+            let asked = question.as_ref().map(question_text);
+            tables(&learned) + &asked.unwrap_or_default()
+        };
+        answer(&args.common, json, text)?;
     }
     if empty {
         let sentence = "no action was learned: no attempt brought a part into a new state";
@@ -107,6 +114,14 @@ pub(crate) fn tables(learned: &Learned) -> String {
         );
         let _ = writeln!(text, "{}\n", wrapped(&note, 0));
     }
+    if !learned.unsure_frames.is_empty() {
+        let mut grid = Grid::new(&["state, learned in the world", "may be a place beside a"]);
+        learned
+            .unsure_frames
+            .iter()
+            .for_each(|(state, kind)| grid.row([state.clone(), kind.clone()]));
+        section(&mut text, UNSURE, &grid);
+    }
     text += &report_tables(&learned.report);
     if learned.outliers > 0 {
         let poses = counted(learned.outliers, "pose");
@@ -114,6 +129,28 @@ pub(crate) fn tables(learned: &Learned) -> String {
         let _ = writeln!(text, "{}\n", wrapped(&format!("{poses} {title}"), 0));
     }
     text
+}
+
+/// The title of what a single demonstration leaves open.
+const UNSURE: &str = "What one demonstration cannot decide (one with all objects elsewhere would); nor does it tell \
+                      a condition from a coincidence";
+
+/// Returns the question for a further demonstration.
+fn question_text(question: &Question) -> String {
+    let moves = question.moves.iter().map(|(action, object)| format!("{action} with {object}"));
+    let without = match &question.without[..] {
+        [] => String::new(),
+        ids => format!(" without {}", ids.join(" and ")),
+    };
+    let title = format!(
+        "One more demonstration would decide most if it began as demonstration {}{without} and went: {}. If it cannot be \
+         done so, that decides, too. It would show whether these conditions are needed:",
+        question.demo,
+        moves.collect::<Vec<_>>().join(", then "),
+    );
+    let mut grid = Grid::new(&["action", "undecided condition"]);
+    question.decides.iter().for_each(|(action, need)| grid.row([action.clone(), need.clone()]));
+    format!("{}\n\n{grid}\n", wrapped(&title, 0))
 }
 
 /// Returns a warning for each kind of moved object that has no state.
@@ -138,7 +175,7 @@ fn warnings(learned: &Learned, method: Method) -> Vec<String> {
 }
 
 /// Returns the learned domain and the report as one JSON object.
-fn summary(learned: &Learned) -> Value {
+fn summary(learned: &Learned, question: Option<&Question>) -> Value {
     let (report, clusters) = (&learned.report, &learned.domain.provenance.clusters);
     let by_kind = |value: fn(&KindClusters) -> Option<f64>| -> Value {
         clusters.iter().map(|c| (c.kind.clone(), json!(value(c)))).collect()
@@ -162,6 +199,8 @@ fn summary(learned: &Learned) -> Value {
         "fixed_kinds": report.fixed_kinds,
         "outliers": learned.outliers,
         "unachieved": learned.unachieved,
+        "unsure_frames": learned.unsure_frames,
+        "ask": question,
     });
     let mut all = domain_tables::summary(&learned.domain);
     all.extend(keys(own));

@@ -4,6 +4,8 @@ mod args;
 mod figures;
 mod folder;
 
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -28,7 +30,7 @@ use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 pub(super) use self::args::RunArgs;
 use self::figures::Figures;
 use super::end::{BadArgument, Outcome};
-use super::output::{Progress, answer, use_threads};
+use super::output::{Progress, answer, use_threads, warn};
 use super::table::counted;
 use super::watch::ProgressLine;
 use super::{config, rank, ranks, report};
@@ -54,14 +56,19 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let count = args.demos.demos;
     let mut line = ProgressLine::new(&progress);
     let shown = demonstrate_sensed(&*task, count, &spec.sensing, seed, &mut line)?;
-    if shown.solved == 0 {
+    if shown.solved < count {
         let whys: String = shown.unsolved.iter().map(|why| format!("\n{why}")).collect();
-        let none = match count {
-            1 => "the demonstration did not solve the task".into(),
-            _ => format!("none of {count} demonstrations solved the task"),
+        let some = match (count, shown.solved) {
+            (1, _) => "the demonstration did not solve the task".into(),
+            (_, 0) => format!("none of {count} demonstrations solved the task"),
+            (_, some) => format!("{some} of {count} demonstrations solved the task"),
         };
-        let sentence = format!("{none}, so there is nothing to learn{whys}");
-        return Ok(Outcome::Failed(sentence));
+        // What most of them end with is then not the goal.
+        if 2 * shown.solved < count {
+            let sentence = format!("{some}, so there is nothing to learn{whys}");
+            return Ok(Outcome::Failed(sentence));
+        }
+        warn(&format!("{some}, so what is learned as the goal may be a part of it{whys}"));
     }
     let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
@@ -164,6 +171,28 @@ struct Ran {
     tracer: Tracer,
     /// Why the episode ended, in words.
     reason: String,
+}
+
+impl Ran {
+    /// Adds to the reason the undecided conditions that the planner did without in an action of the episode: if the episode
+    /// failed, they may have been needed.
+    fn explained(mut self, domain: &RelationalDomain) -> Self {
+        let dropped: BTreeSet<_> = self.episode.grounds.iter().flat_map(|g| g.dropped()).collect();
+        let chosen = self.episode.report.decisions.iter().filter_map(|d| d.chosen.as_ref());
+        let done: BTreeSet<&str> = chosen.map(|chosen| &*chosen.operator).collect();
+        for (o, n) in dropped {
+            let operator = &domain.operators[*o];
+            if done.contains(&*operator.name) {
+                let need = domain.need_in_words(operator, &operator.needs[*n]);
+                let _ = write!(
+                    self.reason,
+                    "; {} was done without an undecided condition, `{need}`, which may be needed",
+                    operator.name
+                );
+            }
+        }
+        self
+    }
 }
 
 /// What runs the episodes. Each builds its own planner graph, over the objects of its scene.
@@ -281,7 +310,7 @@ fn episodes(
     };
     let ((recorded, activity), mut episodes) = (recorded?, others?);
     episodes.insert(chosen, recorded);
-    Ok((episodes, activity))
+    Ok((episodes.into_iter().map(|ran| ran.explained(runner.domain)).collect(), activity))
 }
 
 /// Returns the seed of an episode's scene.

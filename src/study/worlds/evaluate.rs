@@ -200,7 +200,8 @@ fn stated(
         // The state that the object leaves is a parameter's range, not an assertion that no other will do.
         undecided.push(Need::Object(state));
     }
-    for need in &operator.needs {
+    // A condition that several states fulfil demands none of them.
+    for need in operator.needs.iter().filter(|need| need.or.is_empty()) {
         let Some(state) = name(need.condition.state) else { continue };
         let said = match (need.condition.subject, need.holds) {
             (Subject::Is(Role::Target), true) => Need::Reference(state),

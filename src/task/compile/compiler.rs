@@ -271,7 +271,7 @@ impl<'p> Compiler<'p> {
         let mut from = all.from.clone();
         for (n, need) in all.needs.iter().enumerate() {
             if need.condition.subject == Subject::Is(Role::Object) && self.counts(operator, n) {
-                from.retain(|s| (*s == need.condition.state) == need.is_positive());
+                from.retain(|s| need.states().any(|state| state == *s) == need.is_positive());
             }
         }
         from
@@ -299,9 +299,8 @@ impl<'p> Compiler<'p> {
         };
         let needs = all.needs.iter().enumerate().filter(|(n, _)| self.counts(operator, *n));
         let apart = needs.clone().any(|(_, n)| {
-            let own = object.is_none()
-                && domain.states[n.condition.state].kind == *kind
-                && all.from.contains(&n.condition.state);
+            let left = |s: usize| domain.states[s].kind == *kind && all.from.contains(&s);
+            let own = object.is_none() && n.states().any(left);
             about_origin(n.condition.subject) || own
         }) || all.side_effects.iter().any(|e| about_origin(e.condition.subject));
         let counted =
@@ -458,21 +457,24 @@ impl<'p> Compiler<'p> {
             return None;
         }
         let parameters = Parameters::new(action.object, action.origin(), action.reference);
-        let counted = need.condition.counted(&parameters)?;
+        let counted = need.counted(&parameters)?;
         let all = Test {
             object: counted.object,
             reference: counted.reference.map(Some),
             except: counted.except.into_iter().flatten().collect(),
-            ..Test::of([counted.state])
+            ..Test::of(counted.states())
         };
+        let domain = self.problem.domain;
+        let kind = &*domain.states[domain.operators[action.operator].to].kind;
+        let any = action.object.is_none().then_some(kind);
         let mut test = match need.is_positive() {
-            true => Test { least: need.least.max(1), ..all },
+            true => Test { least: self.problem.least(need, &counted, any), ..all },
             false => all.none(),
         };
         // The moved object does not count. If it cannot be excepted by its index, there must be one more.
         let own = |s: &(usize, Option<usize>)| match action.source.reference {
             Some(reference) => test.counts(None, s.0, 0, reference),
-            None => s.0 == counted.state && test.reference.is_none(),
+            None => test.reference.is_none() && counted.states().any(|state| state == s.0),
         };
         if action.object.is_none() && test.object.is_none() && action.source.of.iter().any(own) {
             match test.most {

@@ -24,5 +24,6 @@ pub(crate) use facts::Test;
 pub use ground::GroundProblem;
 pub use moves::Move;
 pub use problem::{Problem, ProblemError};
+pub(crate) use reference_planner::Key;
 pub use reference_planner::PlannedMove;
 pub use target::TargetPose;

@@ -143,7 +143,7 @@ impl<'d> Problem<'d> {
                 operator.needs.iter().any(|need| {
                     let there =
                         matches!(need.condition.subject, Subject::At(Role::Target) | Subject::Any);
-                    need.is_positive() && there && need.condition.state == b
+                    need.is_positive() && there && need.states().any(|state| state == b)
                 })
             })
         };
@@ -185,7 +185,7 @@ impl<'d> Problem<'d> {
     }
 
     /// Returns all undecided needs, as pairs of operator and need.
-    pub(super) fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+    pub(crate) fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {
             let needs = operator.needs.iter().enumerate();
             needs.filter(|(_, n)| n.verdict == NeedVerdict::Undecided).map(move |(n, _)| (o, n))

@@ -150,7 +150,7 @@ impl Problem<'_> {
     }
 
     /// Returns a key under which situations that differ only by an exchange of like objects are equal.
-    fn key(&self, situation: &Situation) -> Vec<Key> {
+    pub(crate) fn key(&self, situation: &Situation) -> Vec<Key> {
         let mut keys: Vec<Key> = situation
             .iter()
             .enumerate()
@@ -167,4 +167,4 @@ impl Problem<'_> {
     }
 }
 
-type Key = (usize, Option<Fact>);
+pub(crate) type Key = (usize, Option<Fact>);

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use super::moves::Move;
 use super::problem::Problem;
-use crate::task::domain::{Condition, Fact, Need, NeedVerdict, Parameters, Situation, Subject};
+use crate::task::domain::{
+    Condition, Counted, Fact, Need, NeedVerdict, Parameters, Situation, Subject,
+};
 
 impl Problem<'_> {
     /// Returns every move that the operators allow in `situation`, whether its undecided needs are met or not.
@@ -47,7 +49,7 @@ impl Problem<'_> {
     }
 
     /// Returns those of some undecided needs that a move leaves unmet, as pairs of operator and need.
-    pub(super) fn unmet<'n>(
+    pub(crate) fn unmet<'n>(
         &'n self,
         m: &'n Move,
         situation: &'n Situation,
@@ -62,11 +64,11 @@ impl Problem<'_> {
         let operator = &self.domain.operators[m.operator];
         let open = operator.needs.iter().filter(|n| !self.met(m, n, situation));
         open.map(|n| {
-            let state = &self.domain.states[n.condition.state].name;
+            let state = self.domain.names(&n.states().collect::<Vec<_>>()).join(" or ");
             match n.condition.subject {
                 Subject::Is(role) => format!("{state} of the {}", role.name()),
                 Subject::At(role) => format!("{state} at the {}", role.name()),
-                Subject::Any => state.clone(),
+                Subject::Any => state,
             }
         })
         .collect()
@@ -74,14 +76,29 @@ impl Problem<'_> {
 
     /// Returns whether a need of a move is met.
     pub(super) fn met(&self, m: &Move, need: &Need, situation: &Situation) -> bool {
-        let counted = need.condition.counted(&m.parameters(situation[m.object].as_ref()));
+        let counted = need.counted(&m.parameters(situation[m.object].as_ref()));
         let count = counted.as_ref().map_or(0, |c| c.holders(situation).count());
         if !need.is_positive() {
             return count == 0;
         }
         // The origin can be missing where the object left another state.
         let lacking = need.verdict == NeedVerdict::Required && counted.is_none();
-        lacking || count >= need.least
+        lacking || counted.is_some_and(|c| count >= self.least(need, &c, None))
+    }
+
+    /// Returns the least number of objects that a need of an action asks for in this scene. If the action moves any
+    /// object of a kind, `any` is this kind: the one that moves does not count.
+    pub(crate) fn least(&self, need: &Need, counted: &Counted<'_>, any: Option<&str>) -> usize {
+        let kinds: BTreeSet<&str> =
+            counted.states().map(|state| &*self.domain.states[state].kind).collect();
+        let objects = self.objects.iter().enumerate();
+        let counts = objects.filter(|(i, object)| {
+            kinds.contains(&*object.kind)
+                && counted.object.is_none_or(|one| one == *i)
+                && !counted.except.contains(&Some(*i))
+        });
+        let moved = usize::from(any.is_some_and(|kind| kinds.contains(kind)));
+        need.least_of(counts.count().saturating_sub(moved))
     }
 
     /// Returns whether no other object is at a place that the move needs.

@@ -35,14 +35,16 @@ impl Problem<'_> {
                 break;
             }
         }
-        let count = |state: usize| {
-            let objects: BTreeSet<usize> =
-                reached.iter().filter(|(_, f)| f.state == state).map(|(i, _)| *i).collect();
-            objects.len()
-        };
         let can_be_met = |(o, n): &(usize, usize)| {
             let need = &self.domain.operators[*o].needs[*n];
-            !need.holds || count(need.condition.state) >= need.least
+            let counts = |f: &Fact| need.states().any(|state| state == f.state);
+            let objects: BTreeSet<usize> =
+                reached.iter().filter(|(_, f)| counts(f)).map(|(i, _)| *i).collect();
+            let of = |i: &usize| {
+                need.states().any(|s| self.domain.states[s].kind == *self.objects[*i].kind)
+            };
+            let present = (0..self.objects.len()).filter(of).count();
+            !need.holds || objects.len() >= need.least_of(present)
         };
         self.in_force = self.undecided().filter(can_be_met).collect();
     }

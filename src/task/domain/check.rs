@@ -1,7 +1,9 @@
 //! Checks a relational domain.
 
 use super::state::{Coordinate, Turn};
-use super::{FrameState, GoalTerm, Quantity, RelationalDomain, RelationalOperator, Role, Subject};
+use super::{
+    FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator, Role, Subject,
+};
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, check_names};
 
@@ -51,7 +53,7 @@ impl RelationalDomain {
     }
 
     fn fault_of_operator(&self, operator: &RelationalOperator) -> Option<Fault> {
-        let conditions = operator.needs.iter().map(|n| n.condition.state);
+        let conditions = operator.needs.iter().flat_map(Need::states);
         let effects = operator.side_effects.iter().map(|e| e.condition.state);
         let mut all = conditions
             .chain(effects)

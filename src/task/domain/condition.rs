@@ -75,8 +75,10 @@ impl Parameters {
 
 /// What a condition of an action counts: objects in a state.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Counted {
+pub(crate) struct Counted<'n> {
     pub state: usize,
+    /// Further states whose objects count as well.
+    pub or: &'n [usize],
     /// The only object that counts; `None` if any does.
     pub object: Option<usize>,
     /// The reference of the objects that count; `None` if any will do.
@@ -87,8 +89,9 @@ pub(crate) struct Counted {
 
 impl Condition {
     /// Returns what the condition counts before an action; `None` if it is about a parameter that the action lacks.
-    pub(crate) fn counted(&self, action: &Parameters) -> Option<Counted> {
-        let any = Counted { state: self.state, object: None, reference: None, except: [None; 3] };
+    pub(crate) fn counted(&self, action: &Parameters) -> Option<Counted<'static>> {
+        let (state, except) = (self.state, [None; 3]);
+        let any = Counted { state, or: &[], object: None, reference: None, except };
         Some(match self.subject {
             Subject::Is(role) => Counted { object: Some(action.get(role)?), ..any },
             Subject::At(role) => Counted {
@@ -103,10 +106,15 @@ impl Condition {
     }
 }
 
-impl Counted {
+impl Counted<'_> {
+    /// Returns the states whose objects count.
+    pub fn states(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::once(self.state).chain(self.or.iter().copied())
+    }
+
     /// Returns whether an object with this state counts.
     pub fn includes(&self, object: usize, fact: &Fact) -> bool {
-        fact.state == self.state
+        self.states().any(|state| state == fact.state)
             && self.object.is_none_or(|one| one == object)
             && (self.reference.is_none() || self.reference == fact.reference)
             && !self.except.contains(&Some(object))

@@ -95,9 +95,11 @@ impl CountedOperator {
         let of = self.instances.max(1);
         let need = |state: usize| Need {
             condition: Condition { state, subject: Subject::Any },
+            or: Vec::new(),
             verdict: NeedVerdict::Required,
             holds: true,
             least: 1,
+            every: false,
             held: self.before.get(state).map_or(of, |held| *held as usize),
             of,
         };

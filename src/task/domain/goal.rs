@@ -1,4 +1,6 @@
-//! Goals: conjunctions of quantified terms, in an order.
+//! Goals: conjunctions of quantified terms, in an order; and what was shown beside them.
+
+use super::{RelationalDomain, RelationalOperator};
 
 /// How many objects a goal term asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,4 +27,31 @@ pub struct GoalTerm {
     pub held: usize,
     /// Number of demonstrations.
     pub of: usize,
+}
+
+impl RelationalDomain {
+    /// Returns the states that were brought about for nothing that is known: they belong to no term of the goal, no action
+    /// needs them or begins in them, and bringing them about ends nothing that is in another action's way. If
+    /// demonstrations end differently, what some of them were for is among these states.
+    pub fn other_goals(&self) -> Vec<usize> {
+        let served = |o: usize| {
+            let (own, left) = (&self.operators[o], &self.operators[o].from);
+            let begun = |s: usize| own.achieves().any(|state| state == s);
+            let ended = |s: usize| {
+                let ends = own.side_effects.iter().filter(|e| !e.begins);
+                left.contains(&s) || ends.map(|e| e.condition.state).any(|state| state == s)
+            };
+            let serves = |(i, other): (usize, &RelationalOperator)| {
+                let mut needs = other.needs.iter();
+                i != o
+                    && (other.from.contains(&own.to)
+                        || needs.any(|n| {
+                            n.states().any(|s| if n.is_positive() { begun(s) } else { ended(s) })
+                        }))
+            };
+            self.goals.iter().any(|goal| begun(goal.state) || goal.reference.is_some_and(begun))
+                || self.operators.iter().enumerate().any(serves)
+        };
+        (0..self.operators.len()).filter(|o| !served(*o)).map(|o| self.operators[o].to).collect()
+    }
 }

@@ -35,8 +35,8 @@ mod situation;
 mod state;
 mod words;
 
-pub(crate) use condition::Parameters;
 pub use condition::{Condition, Role, Subject};
+pub(crate) use condition::{Counted, Parameters};
 pub use frame::Frame;
 pub(crate) use frame::{relative, world_pose};
 pub use goal::{GoalTerm, Quantity};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::condition::{Condition, Role, Subject};
+use super::condition::{Condition, Counted, Parameters, Role, Subject};
 
 /// What the demonstrations say about a condition before an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,12 +21,16 @@ pub enum NeedVerdict {
 pub struct Need {
     /// The condition.
     pub condition: Condition,
+    /// Indices of further states that fulfil the condition as well as its own, for the same subject.
+    pub or: Vec<usize>,
     /// Whether the condition is required, undecided or must be absent.
     pub verdict: NeedVerdict,
     /// Whether the condition has to hold, for undecided needs. `false`: it never held.
     pub holds: bool,
-    /// Least number of objects in the state, at least 1.
+    /// Least number of objects in the state, at least 1. Where there are fewer objects of the kind, all of them will do.
     pub least: usize,
+    /// Whether all objects of the kind have to be in the state, however many there are.
+    pub every: bool,
     /// Number of demonstrated instances in which the condition held.
     pub held: usize,
     /// Number of demonstrated instances.
@@ -34,6 +38,21 @@ pub struct Need {
 }
 
 impl Need {
+    /// Returns the states that fulfil the condition.
+    pub fn states(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::once(self.condition.state).chain(self.or.iter().copied())
+    }
+
+    /// Returns what the condition counts before an action, as [`Condition::counted`].
+    pub(crate) fn counted(&self, action: &Parameters) -> Option<Counted<'_>> {
+        Some(Counted { or: &self.or, ..self.condition.counted(action)? })
+    }
+
+    /// Returns the least number of objects in the state if `present` objects could be in it.
+    pub(crate) fn least_of(&self, present: usize) -> usize {
+        if self.every { present } else { self.least.min(present).max(1) }
+    }
+
     /// Returns whether the condition has to hold; `false` if it must not.
     pub fn is_positive(&self) -> bool {
         match self.verdict {

@@ -78,9 +78,11 @@ impl RelationalDomain {
             let subject = Subject::Any;
             let unseen = operator.never_seen.iter().map(|state| Need {
                 condition: Condition { state: *state, subject },
+                or: Vec::new(),
                 verdict: NeedVerdict::Absent,
                 holds: false,
                 least: 1,
+                every: false,
                 held: 0,
                 of,
             });
@@ -106,11 +108,17 @@ impl RelationalDomain {
 
     /// Returns a condition before an action in words, such as `4 x CHAIR_AT_TABLE at the target table`.
     pub fn need_in_words(&self, operator: &RelationalOperator, need: &Need) -> String {
-        let condition = self.condition_in_words(operator, &need.condition);
-        match (need.is_positive(), need.least) {
-            (false, _) => format!("no {condition}"),
-            (true, 1) => condition,
-            (true, least) => format!("{least} x {condition}"),
+        let subject = need.condition.subject;
+        let states = need.states().map(|state| Condition { state, subject });
+        let states: Vec<String> = states.map(|c| self.condition_in_words(operator, &c)).collect();
+        let condition = states.join(" or ");
+        match (need.is_positive(), need.every, need.least) {
+            (false, ..) => format!("no {condition}"),
+            (true, true, _) => {
+                format!("every {}: {condition}", self.states[need.condition.state].kind)
+            }
+            (true, false, 1) => condition,
+            (true, false, least) => format!("{least} x {condition}"),
         }
     }
 

@@ -65,7 +65,8 @@ impl Observations<'_> {
         };
         let report = self.report(&clusters, &states, &judged, &operators);
         let domain = Gaussians { states: models, operators, goal, provenance }.domain()?;
-        Ok(Learned { domain, report, outliers: 0, unachieved: Vec::new() })
+        let (unachieved, unsure_frames) = (Vec::new(), Vec::new());
+        Ok(Learned { domain, report, outliers: 0, unachieved, unsure_frames })
     }
 
     /// Returns the clusters that occur only before or after failed attempts.

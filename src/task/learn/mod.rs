@@ -23,7 +23,8 @@
 //!    is *required*. A condition about another object that always held, or never, is *undecided*: it may be a
 //!    coincidence. The planner meets undecided conditions where it can. What never rested on the moved object must be
 //!    *absent*. A condition that was false once is dismissed, as in safe action model learning (Juba, Le and Stern,
-//!    "Safe learning of lifted action models", KR 2021).
+//!    "Safe learning of lifted action models", KR 2021). If one of several states held each time, and each of them is
+//!    brought about in some demonstrations only, any of them fulfils one *undecided* condition.
 //! 4. **Goal.** The goal is the conjunction of the terms that some action achieves and that hold at the end of at least
 //!    nine in ten demonstrations.
 //!
@@ -163,6 +164,9 @@ pub struct Learned {
     /// Names of states that nearly all demonstrations reached and that no action achieves. They are not part of the
     /// goal.
     pub unachieved: Vec<String>,
+    /// Names of states, each with the kind of object beside which their objects came to lie. The states were learned in
+    /// the world, and may be places beside these objects instead: a single demonstration does not tell.
+    pub unsure_frames: Vec<(String, String)>,
 }
 
 /// Learns a domain from a recording.

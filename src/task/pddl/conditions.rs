@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::WriteFault;
 use crate::task::compile::{Move, Problem};
-use crate::task::domain::{Condition, Fact, Need, NeedVerdict};
+use crate::task::domain::{Condition, Counted, Fact, Need, NeedVerdict};
 
 /// An object in a state.
 pub(super) type At = (usize, Fact);
@@ -51,13 +51,11 @@ impl<'p> Possible<'p> {
         all.filter(|(i, fact)| test(*i, fact)).collect()
     }
 
-    /// Returns the facts that a condition of a move from a state counts; `None` if it is about a parameter that the move
-    /// lacks.
-    fn holders(&self, m: &Move, from: &Fact, condition: &Condition) -> Option<Vec<At>> {
-        let counted = condition.counted(&m.parameters(Some(from)))?;
+    /// Returns the facts that a condition of a move from a state counts.
+    fn holders(&self, m: &Move, from: &Fact, counted: &Counted<'_>) -> Vec<At> {
         let own = Some((m.object, *from)).filter(|(object, fact)| counted.includes(*object, fact));
         let others = self.others(m.object, |i, fact| counted.includes(i, fact));
-        Some(own.into_iter().chain(others).collect())
+        own.into_iter().chain(others).collect()
     }
 
     /// Returns the ways to make a move from a state. `most` is the greatest number.
@@ -151,9 +149,11 @@ impl<'p> Possible<'p> {
         need: &Need,
         most: usize,
     ) -> Result<Vec<Way>, WriteFault> {
-        let holders = match self.holders(m, from, &need.condition) {
+        let counted = need.counted(&m.parameters(Some(from)));
+        let (holders, least) = match &counted {
             None if need.verdict == NeedVerdict::Required => return Ok(ways),
-            holders => holders.unwrap_or_default(),
+            None => (Vec::new(), 1),
+            Some(c) => (self.holders(m, from, c), self.problem.least(need, c, None)),
         };
         let mut met = Vec::new();
         if !need.is_positive() {
@@ -168,7 +168,7 @@ impl<'p> Possible<'p> {
                     if met.len() + open.len() > most {
                         return Err(WriteFault::TooLarge);
                     }
-                    if count == need.least {
+                    if count == least {
                         met.push(way);
                     } else if let Some(holder) = holders.get(next) {
                         open.push((way.clone(), next + 1, count));
@@ -196,9 +196,13 @@ impl<'p> Possible<'p> {
         let domain = self.problem.domain();
         let operator = &domain.operators[m.operator];
         let parameters = m.parameters(Some(from));
+        let holders = |condition: &Condition| {
+            let counted = condition.counted(&parameters);
+            counted.map_or_else(Vec::new, |counted| self.holders(m, from, &counted))
+        };
         for effect in operator.side_effects.iter().filter(|e| !e.begins) {
             // To end what does not hold has no effect.
-            let holders = self.holders(m, from, &effect.condition).unwrap_or_default();
+            let holders = holders(&effect.condition);
             ways.iter_mut().for_each(|way| way.ends.extend(&holders));
         }
         for effect in operator.side_effects.iter().filter(|e| e.begins) {
@@ -213,7 +217,7 @@ impl<'p> Possible<'p> {
                     });
                 }
             };
-            let holders = self.holders(m, from, &effect.condition).unwrap_or_default();
+            let holders = holders(&effect.condition);
             let mut split = Vec::new();
             for way in ways {
                 for now in self.facts[changed].iter().map(Some).chain([None]) {

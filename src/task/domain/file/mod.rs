@@ -69,10 +69,16 @@ struct GoalEntry {
 #[serde(deny_unknown_fields)]
 struct NeedEntry {
     state: String,
+    /// Further states that fulfil the condition.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    or: Vec<String>,
     subject: Subject,
     verdict: NeedVerdict,
     holds: bool,
     least: usize,
+    /// Whether all objects of the kind have to be in the state.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    every: bool,
     held: usize,
     of: usize,
 }
@@ -159,10 +165,12 @@ impl From<&RelationalDomain> for DomainFile {
         let names = |states: &[usize]| states.iter().map(|s| name(*s)).collect();
         let need = |n: &Need| NeedEntry {
             state: name(n.condition.state),
+            or: names(&n.or),
             subject: n.condition.subject,
             verdict: n.verdict,
             holds: n.holds,
             least: n.least,
+            every: n.every,
             held: n.held,
             of: n.of,
         };
@@ -241,8 +249,9 @@ impl DomainFile {
             let need = |(i, n): (usize, &NeedEntry)| {
                 let state = names.find(&n.state, || own(&format!("needs[{i}].state")))?;
                 let condition = Condition { state, subject: n.subject };
-                let NeedEntry { verdict, holds, least, held, of, .. } = *n;
-                Ok::<_, FieldFault>(Need { condition, verdict, holds, least, held, of })
+                let or = names.find_all(&n.or, &own(&format!("needs[{i}].or")))?;
+                let NeedEntry { verdict, holds, least, every, held, of, .. } = *n;
+                Ok::<_, FieldFault>(Need { condition, or, verdict, holds, least, every, held, of })
             };
             let effect = |(i, e): (usize, &SideEffectEntry)| {
                 let state = names.find(&e.state, || own(&format!("side_effects[{i}].state")))?;

@@ -2,6 +2,7 @@
 
 mod cluster;
 mod frames;
+mod goals;
 mod likelihood;
 mod linked;
 mod models;
@@ -34,6 +35,14 @@ pub(super) fn learn(
         // One demonstration does not tell an effect from a coincidence.
         domain.operators.iter_mut().for_each(|operator| operator.side_effects.clear());
         domain.goals = single::goals(domain, recording);
+        learned.unsure_frames = single::unsure_frames(domain, recording);
+        for (state, kind) in &learned.unsure_frames {
+            let warning = format!(
+                "one demonstration does not tell whether `{state}` is a place in the world or beside a `{kind}`; it was \
+                 learned in the world, and fails if the `{kind}` stands elsewhere"
+            );
+            observer.observe(&Event::Warned(&warning));
+        }
         return Ok(learned);
     }
     let snapshots = recording.snapshot_count();
@@ -50,7 +59,7 @@ pub(super) fn learn(
     let mut found = states::find(&motion);
     observer.observe(&Event::Learning(LearningStep::Deciding));
     let built = operators::find(&motion, &mut found);
-    let (goals, unachieved) = operators::goals(&motion, &found, &built.operators);
+    let (goals, unachieved) = goals::goals(&motion, &found, &built.operators);
     let unachieved: Vec<String> =
         unachieved.into_iter().map(|state| found.states[state].name.clone()).collect();
     for state in &unachieved {
@@ -70,7 +79,8 @@ pub(super) fn learn(
         provenance: settings.provenance(recording),
     };
     domain.check()?;
-    Ok(Learned { domain, report, outliers: motion.outliers, unachieved })
+    let (outliers, unsure_frames) = (motion.outliers, Vec::new());
+    Ok(Learned { domain, report, outliers, unachieved, unsure_frames })
 }
 
 fn report(

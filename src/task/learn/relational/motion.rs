@@ -133,6 +133,11 @@ impl<'r> Motion<'r> {
         &self.recording.demos[demo]
     }
 
+    /// Returns the index of the last snapshot of a demonstration; `None` if it has none.
+    pub fn last(&self, demo: usize) -> Option<usize> {
+        self.demo(demo).snapshots.len().checked_sub(1)
+    }
+
     /// Returns whether the poses have errors of sensing.
     pub fn is_noisy(&self) -> bool {
         self.noise.position_m > NOISY_M || self.outliers > 0

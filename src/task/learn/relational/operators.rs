@@ -1,4 +1,4 @@
-//! Operators and goals: conditions before and after each action, counted over its demonstrated instances.
+//! Operators: conditions before and after each action, counted over its demonstrated instances.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,8 +7,8 @@ use super::likelihood::Likelihood;
 use super::motion::{Came, Motion, Rest};
 use super::states::{States, least_support};
 use crate::task::domain::{
-    Condition, Coordinate, Displacement, Fact, GoalTerm, Need, NeedVerdict, Parameters, Place,
-    Quantity, RelationalOperator, Role, SideEffect, Situation, Subject, relative,
+    Condition, Coordinate, Displacement, Fact, Need, NeedVerdict, Origin, Parameters,
+    RelationalOperator, Role, SideEffect, Situation, Subject, relative,
 };
 use crate::task::learn::attempts::Attempt;
 use crate::task::learn::names::action_name;
@@ -73,7 +73,12 @@ pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
 }
 
 /// Returns the labels of all tracks in a snapshot.
-fn scene(motion: &Motion<'_>, found: &States, demo: usize, snapshot: usize) -> Situation {
+pub(super) fn scene(
+    motion: &Motion<'_>,
+    found: &States,
+    demo: usize,
+    snapshot: usize,
+) -> Situation {
     (0..motion.tracks[demo].len())
         .map(|t| {
             // An object that is missing for a moment keeps its state.
@@ -128,19 +133,87 @@ impl Instance {
         let counted = condition.counted(&self.parameters());
         counted.map_or(0, |counted| counted.holders(scene).count())
     }
+
+    /// Counts the objects that could fulfil a condition, whatever their states.
+    fn present(&self, motion: &Motion<'_>, found: &States, condition: &Condition) -> usize {
+        let kind = &found.states[condition.state].kind;
+        let except = condition.counted(&self.parameters()).map_or([None; 3], |c| c.except);
+        let tracks = motion.tracks[self.attempt.demo].iter().enumerate();
+        tracks.filter(|(i, t)| *t.kind == **kind && !except.contains(&Some(*i))).count()
+    }
 }
+
+/// The subjects of conditions about objects that are no parameters. What is said of a parameter says more than what is
+/// said of any object.
+const OTHERS: [Subject; 4] =
+    [Subject::At(Role::Object), Subject::At(Role::Origin), Subject::At(Role::Target), Subject::Any];
 
 /// Returns all conditions that can be expressed for an action.
 fn conditions(states: usize) -> impl Iterator<Item = Condition> {
-    let subjects = [
-        Subject::Is(Role::Origin),
-        Subject::Is(Role::Target),
-        Subject::At(Role::Object),
-        Subject::At(Role::Origin),
-        Subject::At(Role::Target),
-        Subject::Any,
-    ];
-    (0..states).flat_map(move |state| subjects.map(|subject| Condition { state, subject }))
+    let own = [Subject::Is(Role::Origin), Subject::Is(Role::Target)];
+    (0..states).flat_map(move |state| {
+        own.into_iter().chain(OTHERS).map(move |subject| Condition { state, subject })
+    })
+}
+
+/// Greatest number of states of which one will do.
+const MOST_ALTERNATIVES: usize = 3;
+
+/// Returns sets of states, with their subjects, of which one held before each instance, although none of them always did.
+///
+/// Each of the states was brought about in some demonstrations and is missing at the end of others. It was therefore no
+/// end in itself: somebody who does in each demonstration one of several things that are not needed later does it for
+/// what comes next.
+fn alternatives(
+    motion: &Motion<'_>,
+    found: &States,
+    instances: &[Instance],
+) -> Vec<(Subject, Vec<usize>)> {
+    let ends: Vec<Situation> = (0..motion.recording.demos.len())
+        .filter_map(|d| Some(scene(motion, found, d, motion.last(d)?)))
+        .collect();
+    let lasts = |state: usize| ends.iter().all(|e| e.iter().flatten().any(|f| f.state == state));
+    let mut sets: Vec<(Subject, Vec<usize>)> = Vec::new();
+    for subject in OTHERS {
+        // The states that are means, each with the instances before which it held.
+        let mut means: Vec<(usize, Vec<bool>)> = Vec::new();
+        for state in 0..found.states.len() {
+            let condition = Condition { state, subject };
+            let held: Vec<bool> =
+                instances.iter().map(|i| i.count(&i.before, &condition) > 0).collect();
+            let brought = instances.iter().zip(&held).any(|(i, held)| {
+                *held && i.count(&scene(motion, found, i.attempt.demo, 0), &condition) == 0
+            });
+            let known = sets.iter().any(|(_, states)| states.contains(&state));
+            if brought && !known && !lasts(state) && held.contains(&false) {
+                means.push((state, held));
+            }
+        }
+        for size in 2..=MOST_ALTERNATIVES {
+            while let Some(set) = covering(&means, size, instances.len()) {
+                means.retain(|(state, _)| !set.contains(state));
+                sets.push((subject, set));
+            }
+        }
+    }
+    sets
+}
+
+/// Returns the first so many states of which exactly one held before each of the instances, each before at least one.
+fn covering(means: &[(usize, Vec<bool>)], size: usize, instances: usize) -> Option<Vec<usize>> {
+    let mut open: Vec<Vec<usize>> = vec![Vec::new()];
+    while let Some(chosen) = open.pop() {
+        let held = |i: usize| chosen.iter().filter(|m| means[**m].1[i]).count();
+        if chosen.len() == size {
+            if (0..instances).all(|i| held(i) == 1) {
+                return Some(chosen.into_iter().map(|m| means[m].0).collect());
+            }
+        } else if (0..instances).all(|i| held(i) <= 1) {
+            let next = chosen.last().map_or(0, |last| last + 1);
+            open.extend((next..means.len()).rev().map(|m| [&chosen[..], &[m]].concat()));
+        }
+    }
+    None
 }
 
 fn operator(
@@ -169,8 +242,18 @@ fn operator(
     for condition in conditions(found.states.len()) {
         let counts = held_before(&condition);
         let held = counts.iter().filter(|c| **c > 0).count();
-        let least = counts.iter().copied().min().unwrap_or(0);
-        let need = |verdict, holds, least| Need { condition, verdict, holds, least, held, of };
+        let least = counts.iter().copied().min().unwrap_or(0).max(1);
+        let present = instances.iter().map(|i| i.present(motion, found, &condition));
+        let present: Vec<usize> = present.collect();
+        // If their number differs and all were there each time, the condition is about all of them.
+        let numbers: BTreeSet<usize> = present.iter().copied().filter(|n| *n > 0).collect();
+        let placed = found.states[condition.state].origin == Origin::Placed;
+        let every = placed && counts == present && numbers.len() > 1;
+        let held = if every { of } else { held };
+        let need = |verdict, holds, least| {
+            let every = every && holds;
+            Need { condition, or: Vec::new(), verdict, holds, least, every, held, of }
+        };
         let role = match condition.subject {
             Subject::Is(role) | Subject::At(role) => Some(role),
             Subject::Any => None,
@@ -199,6 +282,11 @@ fn operator(
             }
             _ => {}
         }
+    }
+    for (subject, mut or) in alternatives(motion, found, instances) {
+        let condition = Condition { state: or.remove(0), subject };
+        let (verdict, holds, least, every) = (NeedVerdict::Undecided, true, 1, false);
+        needs.push(Need { condition, or, verdict, holds, least, every, held: of, of });
     }
     let never_seen = (0..found.states.len())
         .filter(|s| {
@@ -288,150 +376,4 @@ fn displacement(
         worst = worst.max((squares / n.saturating_sub(1).max(1) as f64).sqrt());
     }
     Some(Displacement { mean, sd: worst })
-}
-
-/// Share of the demonstrations that have to end with a term fulfilled.
-const GOAL: f64 = 0.9;
-
-/// Returns the terms that some action achieves and that hold at the end of nearly all demonstrations, in the order in
-/// which they were completed. Returns also the states that hold at the end of these demonstrations and that no action
-/// achieves.
-pub(super) fn goals(
-    motion: &Motion<'_>,
-    found: &States,
-    operators: &[RelationalOperator],
-) -> (Vec<GoalTerm>, Vec<usize>) {
-    let demos: Vec<usize> = (0..motion.recording.demos.len())
-        .filter(|d| !motion.demo(*d).snapshots.is_empty())
-        .collect();
-    let achieved: BTreeSet<usize> =
-        operators.iter().flat_map(RelationalOperator::achieves).collect();
-    let ends: Vec<(Situation, Situation)> = demos
-        .iter()
-        .map(|d| {
-            let last = motion.demo(*d).snapshots.len() - 1;
-            (scene(motion, found, *d, 0), scene(motion, found, *d, last))
-        })
-        .collect();
-    // Errors of sensing, and objects that are not seen for a moment, can hide a term at the end of one demonstration.
-    let share = GOAL * demos.len() as f64;
-    let unsure = motion.is_noisy() || motion.flickers;
-    let enough = if unsure { share.floor() } else { share.ceil() }.max(1.0) as usize;
-    let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
-    let mut unachieved = Vec::new();
-    for state in 0..found.states.len() {
-        let Some((quantity, held)) = quantity(motion, found, state, &demos, &ends, enough) else {
-            continue;
-        };
-        if !achieved.contains(&state) {
-            unachieved.push(state);
-            continue;
-        }
-        let rank = completed(motion, found, state, &demos);
-        let reference = None;
-        terms.push((rank, GoalTerm { state, quantity, reference, held, of: demos.len() }));
-    }
-    terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
-    let goals: Vec<usize> = terms.iter().map(|(_, term)| term.state).collect();
-    for (index, (_, term)) in terms.iter_mut().enumerate() {
-        let Quantity::AtLeast(least) = term.quantity else { continue };
-        let own: Vec<_> = operators.iter().filter(|o| o.to == term.state).collect();
-        let bound = goals[..index].iter().filter_map(|within| {
-            let needed = !own.is_empty() && own.iter().all(|o| o.needs_of_target(*within));
-            let count = |end: &Situation| {
-                let of = |r: Option<usize>| Some(end.get(r?)?.as_ref()?.state);
-                let own = end.iter().flatten().filter(|l| l.state == term.state);
-                own.filter(|l| of(l.reference) == Some(*within)).count()
-            };
-            let held = ends.iter().filter(|(_, end)| count(end) >= least).count();
-            (needed && held >= enough).then_some((*within, held))
-        });
-        if let Some((within, held)) = bound.max_by_key(|(_, held)| *held) {
-            (term.reference, term.held) = (Some(within), held);
-        }
-    }
-    (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
-}
-
-fn quantity(
-    motion: &Motion<'_>,
-    found: &States,
-    state: usize,
-    demos: &[usize],
-    ends: &[(Situation, Situation)],
-    enough: usize,
-) -> Option<(Quantity, usize)> {
-    let count = |scene: &Situation| scene.iter().flatten().filter(|l| l.state == state).count();
-    let counts: Vec<(usize, usize)> = ends.iter().map(|(a, b)| (count(a), count(b))).collect();
-    // A state that held all along was no goal of the demonstrator. One that was left and reached again is.
-    let gained = demos
-        .iter()
-        .zip(&counts)
-        .filter(|(d, (_, end))| {
-            let length = motion.demo(**d).snapshots.len();
-            *end > 0 && (0..length).any(|s| count(&scene(motion, found, **d, s)) < *end)
-        })
-        .count();
-    if gained < enough {
-        return None;
-    }
-    let model = &found.states[state];
-    let of_kind = |demo: usize, kind: &str| -> Vec<usize> {
-        let tracks = motion.tracks[demo].iter().enumerate();
-        tracks.filter(|(_, t)| &*t.kind == kind).map(|(i, _)| i).collect()
-    };
-    // The count that nearly all demonstrations reach.
-    let mut sorted: Vec<usize> = counts.iter().map(|(_, end)| *end).collect();
-    sorted.sort_unstable_by(|a, b| b.cmp(a));
-    let least = sorted[enough - 1].max(1);
-    let all = demos
-        .iter()
-        .zip(&counts)
-        .filter(|(d, (_, end))| *end >= of_kind(**d, &model.kind).len())
-        .count();
-    let several = counts.iter().any(|(_, end)| *end > 1);
-    if model.places.iter().any(Place::is_roomy) && several && all >= enough {
-        return Some((Quantity::EachObject, all));
-    }
-    if let Some(kind) = model.frame.kind() {
-        let per: Vec<Vec<usize>> = demos
-            .iter()
-            .zip(ends)
-            .map(|(d, (_, end))| {
-                let at = |r: usize| {
-                    let labels = end.iter().flatten();
-                    labels.filter(|l| l.state == state && l.reference == Some(r)).count()
-                };
-                of_kind(*d, kind).into_iter().map(at).collect()
-            })
-            .collect();
-        let least_each = per.iter().map(|c| c.iter().copied().min().unwrap_or(0));
-        let mut least_each: Vec<usize> = least_each.collect();
-        least_each.sort_unstable_by(|a, b| b.cmp(a));
-        let (each, several) = (least_each[enough - 1], per.iter().any(|c| c.len() > 1));
-        if each >= 1 && several {
-            let held = least_each.iter().filter(|c| **c >= each).count();
-            return Some((Quantity::EachReference(each), held));
-        }
-    }
-    let held = counts.iter().filter(|(_, end)| *end >= least).count();
-    Some((Quantity::AtLeast(least), held))
-}
-
-/// Returns the mean share of the demonstration after which the state reached its final count.
-fn completed(motion: &Motion<'_>, found: &States, state: usize, demos: &[usize]) -> f64 {
-    let mut total = 0.0;
-    for d in demos {
-        let last = motion.demo(*d).snapshots.len() - 1;
-        let count = |s: usize| {
-            scene(motion, found, *d, s).iter().flatten().filter(|l| l.state == state).count()
-        };
-        let end = count(last);
-        let mut at = last;
-        while at > 0 && count(at - 1) >= end {
-            at -= 1;
-        }
-        total += at as f64 / last.max(1) as f64;
-    }
-    total / demos.len().max(1) as f64
 }

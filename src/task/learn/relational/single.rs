@@ -1,11 +1,11 @@
 //! States, actions and goal of a single demonstration.
 
 use crate::task::classify::{Classifier, Layout};
-use crate::task::domain::{GoalTerm, Quantity, RelationalDomain};
+use crate::task::domain::{GoalTerm, Origin, Quantity, RelationalDomain};
 use crate::task::error::TaskError;
 use crate::task::event::Observer;
 use crate::task::learn::{Learned, Settings, paper};
-use crate::task::recording::Recording;
+use crate::task::recording::{ObjectPose, Recording};
 
 /// Learns from a single demonstration as the paper does. If an attempt seems to have failed, learns again with the
 /// Euclidean distance, and takes the result with fewer failed attempts.
@@ -25,6 +25,25 @@ pub(super) fn learn(
     let again = paper::learn(recording, &euclidean, observer)?;
     let fewer = again.report.failed() < learned.report.failed();
     Ok(if fewer { again } else { learned })
+}
+
+/// Returns the states into which objects were put, each with the kind of the nearest other object at the end. What did not
+/// move comes first.
+pub(super) fn unsure_frames(
+    domain: &RelationalDomain,
+    recording: &Recording,
+) -> Vec<(String, String)> {
+    let end = recording.demos.iter().find_map(|demo| demo.snapshots.last());
+    let placed = domain.states.iter().filter(|state| state.origin == Origin::Placed);
+    let beside = placed.filter_map(|state| {
+        let at = state.places.first()?.pose();
+        let others = end?.objects.iter().filter(|o| *o.kind != *state.kind);
+        let moved = |o: &ObjectPose| domain.states.iter().any(|s| *s.kind == *o.kind);
+        let far = |o: &ObjectPose| o.pose.distance(&at);
+        let near = others.min_by(|a, b| moved(a).cmp(&moved(b)).then(far(a).total_cmp(&far(b))))?;
+        Some((state.name.clone(), near.kind.to_string()))
+    });
+    beside.collect()
 }
 
 /// Returns the states that some action achieves and that hold at the end for more objects than at some time before, in

@@ -56,36 +56,41 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         names: Names::default(),
     };
     let landmarks = frames.landmarks();
+    // The places of each state, with its kind and whether it may be turned.
+    let mut all: Vec<(usize, bool, Vec<Group>)> = Vec::new();
     for kind in 0..frames.kinds.len() {
         if !frames.moves[kind] {
             out.fixed.push(frames.kinds[kind].to_string());
             continue;
         }
         let (groups, turns) = frames.groups(kind);
-        let mut lost = Vec::new();
         let groups = frames.without_nudges(kind, groups);
-        for places in frames.together(groups) {
-            let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
-            let (support, demos) = (frames.support(&all), motion.recording.demos.len());
-            let rare = support < least_support(demos) || is_scattered(&places, support, demos);
-            if rare && !frames.were_left(&all) {
-                lost.extend(all);
-                continue;
-            }
-            let state = out.states.len();
-            let frame = places[0].frame;
-            for (place, group) in places.iter().enumerate() {
-                for rest in &group.rests {
-                    let reference = frames.reference(*rest, frame).map(|(track, _)| track);
-                    labels[*rest] = Some(Fact { state, place, reference });
-                }
-            }
-            out.states.push(frames.model((kind, turns), &places, &landmarks, &mut out.names));
+        let together = frames.together(groups).into_iter();
+        all.extend(together.map(|places| (kind, turns, places)));
+    }
+    frames.lend(&mut all);
+    let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (kind, turns, places) in all {
+        let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
+        let (support, demos) = (frames.support(&all), motion.recording.demos.len());
+        let rare = support < least_support(demos) || is_scattered(&places, support, demos);
+        if rare && !frames.were_left(&all) && !frames.are_all_put(kind, &all) {
+            lost.entry(kind).or_default().extend(all);
+            continue;
         }
-        if !lost.is_empty() {
-            lost.sort_unstable();
-            out.unexplained.push(Unexplained { kind: frames.kinds[kind].to_string(), rests: lost });
+        let state = out.states.len();
+        let frame = places[0].frame;
+        for (place, group) in places.iter().enumerate() {
+            for rest in &group.rests {
+                let reference = frames.reference(*rest, frame).map(|(track, _)| track);
+                labels[*rest] = Some(Fact { state, place, reference });
+            }
         }
+        out.states.push(frames.model((kind, turns), &places, &landmarks, &mut out.names));
+    }
+    for (kind, mut rests) in lost {
+        rests.sort_unstable();
+        out.unexplained.push(Unexplained { kind: frames.kinds[kind].to_string(), rests });
     }
     for (now, before) in &frames.carried_from {
         labels[*now] = labels[*before];
@@ -172,17 +177,54 @@ impl Frames<'_, '_> {
         (split, likelihood.turns)
     }
 
-    /// Returns whether objects were found in all of these rests and then moved on purpose. What was shown once is
+    /// Returns whether objects were found in all of these rests and some were then moved on purpose. What was shown once is
     /// uncertain, but it is no accident of the demonstrator, and no error of sensing if it was seen twice.
     fn were_left(&self, rests: &[usize]) -> bool {
         let motion = self.motion;
-        let moved = |rest: usize| {
-            let Rest { demo, track, came, .. } = motion.rests[rest];
+        let found = |rest: &usize| motion.rests[*rest].came == Came::Found;
+        let moved = |rest: &usize| {
+            let Rest { demo, track, .. } = motion.rests[*rest];
             let own = motion.attempts.iter().filter(|a| a.declared && a.demo == demo);
             let mut own = own.filter(|a| a.track == Some(track));
-            came == Came::Found && own.any(|a| motion.index_at(demo, track, a.before) == Some(rest))
+            own.any(|a| motion.index_at(demo, track, a.before) == Some(*rest))
         };
-        rests.iter().all(|rest| motion.is_sure(&motion.rests[*rest]) && moved(*rest))
+        let sure = |rest: &usize| motion.is_sure(&motion.rests[*rest]);
+        rests.iter().all(|rest| found(rest) && sure(rest)) && rests.iter().any(moved)
+    }
+
+    /// Returns whether objects of a kind were put nowhere else than in these rests. Where a thing is for is where it goes,
+    /// even if it was needed once.
+    fn are_all_put(&self, kind: usize, rests: &[usize]) -> bool {
+        let all = 0..self.motion.rests.len();
+        let mut own =
+            all.filter(|r| self.motion.kind(&self.motion.rests[*r]) == &*self.kinds[kind]);
+        rests.iter().any(|rest| self.was_put(*rest))
+            && own.all(|rest| !self.was_put(rest) || rests.contains(&rest))
+    }
+
+    fn was_put(&self, rest: usize) -> bool {
+        matches!(self.motion.rests[rest].came, Came::Placed(_))
+    }
+
+    /// Gives a state in which an object was put once the frame in which most were put: a single pose tells of no frame.
+    fn lend(&self, states: &mut [(usize, bool, Vec<Group>)]) {
+        let mut put = vec![0; self.kinds.len() + 1];
+        for group in states.iter().flat_map(|(.., places)| places) {
+            if group.rests.len() > 1 {
+                put[group.frame] += group.rests.iter().filter(|r| self.was_put(**r)).count();
+            }
+        }
+        let usual = (0..put.len()).rev().max_by_key(|frame| put[*frame]).unwrap_or(0);
+        for (.., places) in states {
+            if let [group] = &mut places[..]
+                && let [rest] = group.rests[..]
+                && self.was_put(rest)
+                && put[usual] > 0
+                && group.scores[usual].is_finite()
+            {
+                group.frame = usual;
+            }
+        }
     }
 
     /// Returns the number of demonstrations in which some rests occur.

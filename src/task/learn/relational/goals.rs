@@ -1,0 +1,148 @@
+//! The goal: the terms that some action achieves and that hold at the end of nearly all demonstrations.
+
+use std::collections::BTreeSet;
+
+use super::motion::Motion;
+use super::operators::scene;
+use super::states::States;
+use crate::task::domain::{GoalTerm, Place, Quantity, RelationalOperator, Situation};
+
+/// Share of the demonstrations that have to end with a term fulfilled.
+const GOAL: f64 = 0.9;
+
+/// The ends of the demonstrations.
+struct Ends<'m, 'r> {
+    motion: &'m Motion<'r>,
+    found: &'m States,
+    /// The demonstrations with snapshots, each with the situation at its end.
+    last: Vec<(usize, Situation)>,
+    /// Number of demonstrations that have to end with a term fulfilled.
+    enough: usize,
+}
+
+/// Returns the terms of the goal, in the order in which they were completed. Returns also the states that hold at the end
+/// of these demonstrations and that no action achieves.
+pub(super) fn goals(
+    motion: &Motion<'_>,
+    found: &States,
+    operators: &[RelationalOperator],
+) -> (Vec<GoalTerm>, Vec<usize>) {
+    let achieved: BTreeSet<usize> =
+        operators.iter().flat_map(RelationalOperator::achieves).collect();
+    let end = |d: usize| Some((d, scene(motion, found, d, motion.last(d)?)));
+    let last: Vec<_> = (0..motion.recording.demos.len()).filter_map(end).collect();
+    // Errors of sensing, and objects that are not seen for a moment, can hide a term at the end of one demonstration.
+    let (of, share) = (last.len(), GOAL * last.len() as f64);
+    let unsure = motion.is_noisy() || motion.flickers;
+    let enough = if unsure { share.floor() } else { share.ceil() }.max(1.0) as usize;
+    let ends = Ends { motion, found, last, enough };
+    let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
+    let mut unachieved = Vec::new();
+    for state in 0..found.states.len() {
+        let Some((quantity, held)) = ends.quantity(state) else { continue };
+        if achieved.contains(&state) {
+            let term = GoalTerm { state, quantity, reference: None, held, of };
+            terms.push((ends.completed(state), term));
+        } else {
+            unachieved.push(state);
+        }
+    }
+    terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
+    let goals: Vec<usize> = terms.iter().map(|(_, term)| term.state).collect();
+    for (index, (_, term)) in terms.iter_mut().enumerate() {
+        let Quantity::AtLeast(least) = term.quantity else { continue };
+        let own: Vec<_> = operators.iter().filter(|o| o.to == term.state).collect();
+        let bound = goals[..index].iter().filter_map(|within| {
+            let needed = !own.is_empty() && own.iter().all(|o| o.needs_of_target(*within));
+            let count = |end: &Situation| {
+                let of = |r: Option<usize>| Some(end.get(r?)?.as_ref()?.state);
+                let own = end.iter().flatten().filter(|l| l.state == term.state);
+                own.filter(|l| of(l.reference) == Some(*within)).count()
+            };
+            let held = ends.last.iter().filter(|(_, end)| count(end) >= least).count();
+            (needed && held >= enough).then_some((*within, held))
+        });
+        if let Some((within, held)) = bound.max_by_key(|(_, held)| *held) {
+            (term.reference, term.held) = (Some(within), held);
+        }
+    }
+    (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
+}
+
+impl Ends<'_, '_> {
+    /// Returns the number of objects in a state in each snapshot of a demonstration.
+    fn counts(&self, state: usize, demo: usize) -> impl DoubleEndedIterator<Item = usize> + '_ {
+        (0..self.motion.demo(demo).snapshots.len()).map(move |snapshot| {
+            let scene = scene(self.motion, self.found, demo, snapshot);
+            scene.iter().flatten().filter(|fact| fact.state == state).count()
+        })
+    }
+
+    fn of_kind<'s>(&'s self, demo: usize, kind: &'s str) -> impl Iterator<Item = usize> + 's {
+        let tracks = self.motion.tracks[demo].iter().enumerate();
+        tracks.filter(move |(_, t)| &*t.kind == kind).map(|(i, _)| i)
+    }
+
+    /// Returns the number that nearly all demonstrations reach, and how many do.
+    fn reached(&self, counts: impl Iterator<Item = usize>) -> (usize, usize) {
+        let mut sorted: Vec<usize> = counts.collect();
+        sorted.sort_unstable_by(|a, b| b.cmp(a));
+        let least = sorted[self.enough - 1];
+        (least, sorted.iter().filter(|count| **count >= least).count())
+    }
+
+    /// Returns how many objects have to be in a state, and how many demonstrations end so; `None` if it is no goal.
+    fn quantity(&self, state: usize) -> Option<(Quantity, usize)> {
+        let at = |end: &Situation, within: Option<usize>| {
+            let own = end.iter().flatten().filter(|l| l.state == state);
+            own.filter(|l| within.is_none() || l.reference == within).count()
+        };
+        let counts: Vec<usize> = self.last.iter().map(|(_, end)| at(end, None)).collect();
+        // A state that held all along was no goal of the demonstrator. One that was left and reached again is.
+        let gained =
+            self.last.iter().zip(&counts).filter(|((d, _), end)| {
+                **end > 0 && self.counts(state, *d).any(|count| count < **end)
+            });
+        if gained.count() < self.enough {
+            return None;
+        }
+        let model = &self.found.states[state];
+        let present = self.last.iter().map(|(d, _)| self.of_kind(*d, &model.kind).count());
+        let present: Vec<usize> = present.collect();
+        let all = counts.iter().zip(&present).filter(|(end, present)| end >= present).count();
+        let several = all >= self.enough && counts.iter().any(|end| *end > 1);
+        // A place with room takes all of them, and so does one that did so for different numbers.
+        let whole = several && present.iter().min() < present.iter().max();
+        if several && model.places.iter().any(Place::is_roomy) {
+            return Some((Quantity::EachObject, all));
+        }
+        if let Some(kind) = model.frame.kind() {
+            let per = self.last.iter().map(|(d, end)| {
+                self.of_kind(*d, kind).map(|r| at(end, Some(r))).collect::<Vec<_>>()
+            });
+            let per: Vec<Vec<usize>> = per.collect();
+            let least = per.iter().map(|counts| counts.iter().copied().min().unwrap_or(0));
+            let (each, held) = self.reached(least);
+            let more = whole && per.iter().flatten().any(|count| *count > each);
+            if each >= 1 && per.iter().any(|counts| counts.len() > 1) && !more {
+                return Some((Quantity::EachReference(each), held));
+            }
+        }
+        if whole {
+            return Some((Quantity::EachObject, all));
+        }
+        let (least, held) = self.reached(counts.into_iter());
+        Some((Quantity::AtLeast(least), held))
+    }
+
+    /// Returns the mean share of the demonstration after which the state reached its final count.
+    fn completed(&self, state: usize) -> f64 {
+        let shares = self.last.iter().map(|(d, _)| {
+            let counts: Vec<usize> = self.counts(state, *d).collect();
+            let last = counts.len() - 1;
+            let lacked = counts.iter().rposition(|count| *count < counts[last]);
+            lacked.map_or(0, |at| at + 1) as f64 / last.max(1) as f64
+        });
+        shares.sum::<f64>() / self.last.len().max(1) as f64
+    }
+}
