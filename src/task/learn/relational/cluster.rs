@@ -1,10 +1,15 @@
 //! Clusters of rests of one kind, each in the frame in which its poses are most likely.
 //!
 //! Starting from single rests, the two clusters whose union raises the posterior most are merged until no union raises
-//! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. Rigid motions keep
+//! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. What was found and
+//! what was put somewhere is evidence: each cluster has its own unknown share of found objects. It also shows where to
+//! start: objects that were found are merged first, and so are those that were put. The merges are repeated without this
+//! order, the better result is taken, and single rests move to other clusters while this raises the posterior. Rigid motions keep
 //! volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
 //! of frames. Of more than [`MOST`] rests, an even sample is clustered, and the others join the clusters in which they
 //! are most likely.
+
+use statrs::function::gamma::ln_gamma;
 
 use super::likelihood::{Likelihood, Sums};
 
@@ -64,6 +69,9 @@ const CONCENTRATION: f64 = -1.0;
 /// Log probability that an attempt leaves its object in the same cluster; for kinds of which attempts only turn objects,
 /// the second.
 const SAME: (f64, f64) = (4.0, 40.0);
+/// Greatest number of rests of which single ones move to other clusters, and how often each is tried.
+const MOVED: usize = 120;
+const SWEEPS: usize = 3;
 /// Number of poses up to which a cluster can be a chance coincidence.
 const FEW: usize = 4;
 /// Loss of posterior up to which the poses of such a cluster join another one.
@@ -86,18 +94,22 @@ impl Clustering<'_> {
 
     /// Returns the best frame and the posterior of a cluster with these sums.
     fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
-        let mut best = (0, f64::NEG_INFINITY);
+        let (mut best, mut found) = ((0, f64::NEG_INFINITY), 0.0);
         // The prior tells frames apart. It is no cost of a cluster.
         let mut likeliest = f64::NEG_INFINITY;
         for (f, sums) in frames.iter().enumerate() {
             let Some(sums) = sums else { continue };
             likeliest = likeliest.max(self.priors[f].of(n, sums));
             let score = self.score_in(f, n, sums);
+            found = sums.found;
             if score > best.1 + 1e-9 {
                 best = (f, score);
             }
         }
-        (best.0, best.1 - likeliest + statrs::function::gamma::ln_gamma(n as f64) + CONCENTRATION)
+        let n = n as f64;
+        // A uniform prior of the share of found objects integrates out.
+        let origins = ln_gamma(found + 1.0) + ln_gamma(n - found + 1.0) - ln_gamma(n + 2.0);
+        (best.0, best.1 - likeliest + origins + ln_gamma(n) + CONCENTRATION)
     }
 
     fn union(a: &[Option<Sums>], b: &[Option<Sums>]) -> Vec<Option<Sums>> {
@@ -130,7 +142,68 @@ impl Clustering<'_> {
     }
 
     fn merge(&self, sample: &[usize]) -> Vec<Cluster> {
-        self.agglomerate(sample.iter().map(|i| self.single(*i)).collect())
+        let singles = sample.iter().map(|i| self.single(*i));
+        let is_found = |c: &Cluster| c.frames.iter().flatten().any(|sums| sums.found > 0.0);
+        let (found, put): (Vec<Cluster>, Vec<Cluster>) = singles.partition(is_found);
+        let at_once = self.agglomerate([&found[..], &put[..]].concat());
+        let mut parts = self.agglomerate(found);
+        parts.extend(self.agglomerate(put));
+        [at_once, self.agglomerate(parts)]
+            .map(|clusters| self.moved(clusters))
+            .into_iter()
+            .max_by(|a, b| self.total(a).total_cmp(&self.total(b)))
+            .unwrap_or_default()
+    }
+
+    /// Returns the log probability that the attempts within clusters leave their objects there.
+    fn kept(&self, clusters: &[Cluster]) -> f64 {
+        let mut owner = vec![usize::MAX; self.items.len()];
+        for (c, cluster) in clusters.iter().enumerate() {
+            cluster.members.iter().for_each(|i| owner[*i] = c);
+        }
+        let within = self.attempts.iter().filter(|(a, b)| owner[*a] == owner[*b]);
+        let same = if self.likelihood.turns { SAME.1 } else { SAME.0 };
+        -same * within.filter(|(a, _)| owner[*a] < usize::MAX).count() as f64
+    }
+
+    /// Returns the posterior of a partition.
+    fn total(&self, clusters: &[Cluster]) -> f64 {
+        clusters.iter().map(|c| c.score).sum::<f64>() + self.kept(clusters)
+    }
+
+    fn of(&self, members: Vec<usize>) -> Option<Cluster> {
+        let all = members.iter().map(|i| self.items[*i].frames.clone());
+        let frames = all.reduce(|a, b| Self::union(&a, &b))?;
+        let (frame, score) = self.score(members.len(), &frames);
+        Some(Cluster { members, frames, score, frame })
+    }
+
+    /// Moves single items to other clusters while this raises the posterior.
+    fn moved(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
+        if self.items.len() > MOVED {
+            return clusters;
+        }
+        for item in (0..SWEEPS).flat_map(|_| 0..self.items.len()) {
+            let Some(from) = clusters.iter().position(|c| c.members.contains(&item)) else { continue };
+            let rest = clusters[from].members.iter().copied().filter(|i| *i != item).collect();
+            let without = self.of(rest);
+            let single = self.single(item);
+            let mut best = (self.total(&clusters) + 1e-6, None);
+            for to in (0..clusters.len()).filter(|to| *to != from) {
+                let mut other = clusters.clone();
+                other[to] = self.together(&clusters[to], &single);
+                match &without {
+                    Some(without) => other[from] = without.clone(),
+                    None => drop(other.remove(from)),
+                }
+                let total = self.total(&other);
+                if total > best.0 {
+                    best = (total, Some(other));
+                }
+            }
+            clusters = best.1.unwrap_or(clusters);
+        }
+        clusters
     }
 
     /// Adds an item to the cluster whose posterior it raises most, or makes a cluster of it.

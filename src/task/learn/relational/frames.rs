@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::likelihood::Sums;
+use super::likelihood::{Spread, Sums};
 use super::motion::{Came, Motion, Rest};
 use crate::robot::Pose;
 use crate::task::domain::relative;
@@ -205,12 +205,12 @@ impl<'m, 'r> Frames<'m, 'r> {
         let pose = self.pose(rest, frame)?;
         let turn = pose.rotation().to_rotation_matrix();
         Some(Sums {
-            sum: pose.position,
-            square: pose.position.map(|v| v * v),
+            position: pose.position.map(Spread::of),
             turn: *turn.matrix(),
             choices: (choices as f64).ln(),
             far,
             crowded,
+            found: f64::from(own.came == Came::Found),
         })
     }
 }
