@@ -14,7 +14,7 @@ use super::motion::Noise;
 /// Shape of the prior of a variance.
 const SHAPE: f64 = 0.5;
 /// Scale of careful placing, in metres and radians, without noise of sensing.
-pub(super) const PLACED_M: f64 = 2e-4;
+const PLACED_M: f64 = 2e-4;
 const PLACED_RAD: f64 = 0.02;
 /// Scale of a displacement that is meant to be the same each time, in metres.
 const DISPLACED_M: f64 = 1e-3;
@@ -23,6 +23,8 @@ const LOOSE_M: f64 = 3e-3;
 const BROAD_M: f64 = 4e-2;
 /// Smallest width of a range in which objects lie anywhere, in metres.
 const RANGE_M: f64 = 2e-2;
+/// Log probability that an object was put onto something uneven.
+const UNEVEN: f64 = -4.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
@@ -68,7 +70,7 @@ pub(super) struct Sums {
     pub turn: Matrix3<f64>,
     /// Sum of the logarithms of the number of references to choose from.
     pub choices: f64,
-    /// Sum of the distances to the reference, in metres.
+    /// Sum of the distances to the reference, in metres. Beside a reference that moves, they count more.
     pub far: f64,
     /// Number of poses to which another object that moves is nearer than the reference.
     pub crowded: f64,
@@ -156,6 +158,14 @@ impl Likelihood {
         let range = Self::ranged(n, spread.high - spread.low, extent);
         let open = log_add(-(n as f64) * extent.ln(), range);
         (log_add(log_add(a, b), c) - 4f64.ln(), open - 8f64.ln())
+    }
+
+    /// Log marginal likelihood of heights of objects that were put onto something. They agree unless they were put onto
+    /// several things.
+    pub fn heights(&self, n: usize, spread: &Spread, extent: f64) -> f64 {
+        let [a, b, _] = self.scales(n, spread, extent);
+        let (tight, open) = self.coordinate(n, spread, extent);
+        log_add(log_add(a, b) - 2f64.ln(), log_add(tight, open) + UNEVEN)
     }
 
     /// Returns whether values agree so well that they are placed with care.

@@ -95,7 +95,8 @@ impl Frames<'_, '_> {
         let mut coordinates: [Coordinate; 3] = std::array::from_fn(|i| {
             let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
             let spread = Spread::over(values.iter().copied());
-            let (tight, open) = spread.map_or((0.0, 0.0), |s| likelihood.coordinate(n, &s, extent[i]));
+            let (tight, open) =
+                spread.map_or((0.0, 0.0), |s| likelihood.coordinate(n, &s, extent[i]));
             let mut sorted = values.clone();
             sorted.sort_by(f64::total_cmp);
             let (low, high) = range(&sorted, frame > 0);

@@ -1,11 +1,11 @@
-//! Joins and splits clusters: states with several places, nudged objects and broad clusters that lie together.
+//! Joins and splits clusters: states with several places, and nudged objects.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use statrs::function::gamma::ln_gamma;
 
 use super::frames::Frames;
-use super::likelihood::{Likelihood, PLACED_M, Sums, log_add};
+use super::likelihood::{Likelihood, Sums, log_add};
 use super::motion::Came;
 
 /// Loss of likelihood that the places of one state may have in a common frame, for each place.
@@ -57,28 +57,28 @@ fn total(place: &[(usize, Sums)]) -> Sums {
 }
 
 /// Cuts poses into the likeliest places, one gap in one coordinate after the other. Returns also how much likelier they are
-/// than one place. In the other coordinates, both sides of a gap may have the same values.
-fn modes(mut poses: Place, extent: &[f64; 3], likelihood: &Likelihood) -> (Vec<Place>, f64) {
+/// than one place. In the other coordinates, both sides of a gap may have the same values. `least` is the smallest gap, `logs`
+/// the log marginal likelihoods of the coordinates of a place.
+fn modes(
+    mut poses: Place,
+    least: f64,
+    logs: &impl Fn(usize, &Sums) -> [f64; 3],
+) -> (Vec<Place>, f64) {
     let n = poses.len();
-    let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
-    let logs = |n: usize, sums: &Sums| -> [f64; 3] {
-        std::array::from_fn(|i| {
-            let (tight, open) = likelihood.coordinate(n, &sums.position[i], extent[i]);
-            log_add(tight, open)
-        })
-    };
     let whole = logs(n, &total(&poses));
     let mut best = (f64::NEG_INFINITY, 0, 0);
-    let along = |i: usize| move |a: &(usize, Sums), b: &(usize, Sums)| {
-        a.1.position[i].low.total_cmp(&b.1.position[i].low).then(a.0.cmp(&b.0))
+    let along = |i: usize| {
+        move |a: &(usize, Sums), b: &(usize, Sums)| {
+            a.1.position[i].low.total_cmp(&b.1.position[i].low).then(a.0.cmp(&b.0))
+        }
     };
     for i in 0..3 {
         poses.sort_by(along(i));
-        let gaps = (1..n).filter(|k| {
-            poses[*k].1.position[i].low - poses[k - 1].1.position[i].low > least
-        });
+        let gaps =
+            (1..n).filter(|k| poses[*k].1.position[i].low - poses[k - 1].1.position[i].low > least);
         for cut in gaps {
-            let (left, right) = (logs(cut, &total(&poses[..cut])), logs(n - cut, &total(&poses[cut..])));
+            let (left, right) =
+                (logs(cut, &total(&poses[..cut])), logs(n - cut, &total(&poses[cut..])));
             let apart = |j: usize| left[j] + right[j] - whole[j];
             let shared = |j: usize| log_add(0.0, apart(j)) - 2f64.ln();
             let others: f64 = (0..3).filter(|j| *j != i).map(shared).sum();
@@ -96,7 +96,7 @@ fn modes(mut poses: Place, extent: &[f64; 3], likelihood: &Likelihood) -> (Vec<P
     poses.sort_by(along(i));
     let right = poses.split_off(cut);
     let ((mut places, left), (others, right)) =
-        (modes(poses, extent, likelihood), modes(right, extent, likelihood));
+        (modes(poses, least, logs), modes(right, least, logs));
     places.extend(others);
     let gain = gain + left + right;
     if gain > 0.0 { (places, gain) } else { (vec![places.concat()], 0.0) }
@@ -156,7 +156,20 @@ impl Frames<'_, '_> {
         let poses = group.rests.iter().map(|r| Some((*r, self.sums(*r, group.frame)?)));
         let Some(poses) = poses.collect::<Option<Vec<(usize, Sums)>>>() else { return vec![group] };
         let extent = self.extent_in(group.frame);
-        let (places, gain) = modes(poses, &extent, likelihood);
+        let put = group.rests.iter().all(|r| self.motion.rests[*r].came != Came::Found);
+        let up = self.up.filter(|_| put);
+        let logs = |n: usize, sums: &Sums| -> [f64; 3] {
+            std::array::from_fn(|i| {
+                let spread = &sums.position[i];
+                if up == Some(i) {
+                    return likelihood.heights(n, spread, extent[i]);
+                }
+                let (tight, open) = likelihood.coordinate(n, spread, extent[i]);
+                log_add(tight, open)
+            })
+        };
+        let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
+        let (places, gain) = modes(poses, least, &logs);
         let sparse = 2 * places.len() > group.rests.len();
         let tight = |p: &Place| {
             let whole = total(p);
@@ -175,7 +188,7 @@ impl Frames<'_, '_> {
     }
 
     /// Joins clusters into states with several places: clusters in one frame that are entered from the same clusters
-    /// and left for the same clusters. Broad clusters that lie together become one place.
+    /// and left for the same clusters.
     pub fn together(&self, groups: Vec<Group>) -> Vec<Vec<Group>> {
         let n = groups.len();
         let mut owner: BTreeMap<usize, usize> = BTreeMap::new();
@@ -254,38 +267,6 @@ impl Frames<'_, '_> {
             group.frame = frame.unwrap_or(group.frame);
             out.entry(state).or_default().push(group);
         }
-        out.into_values().map(|groups| self.join_overlapping(groups)).collect()
-    }
-
-    /// Makes one place of clusters that overlap.
-    fn join_overlapping(&self, mut groups: Vec<Group>) -> Vec<Group> {
-        let range = |group: &Group| -> [(f64, f64); 3] {
-            std::array::from_fn(|i| {
-                let values: Vec<f64> = (group.rests.iter())
-                    .filter_map(|r| Some(self.pose(*r, group.frame)?.position[i]))
-                    .collect();
-                let n = values.len().max(1) as f64;
-                let mean = values.iter().sum::<f64>() / n;
-                let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-                let reach = 2.0 * sd + 2.0 * PLACED_M + 3.0 * self.motion.noise.position_m;
-                (mean - reach, mean + reach)
-            })
-        };
-        let mut a = 0;
-        while a < groups.len() {
-            let mut b = a + 1;
-            while b < groups.len() {
-                let (x, y) = (range(&groups[a]), range(&groups[b]));
-                if (0..3).all(|i| x[i].0 <= y[i].1 && y[i].0 <= x[i].1) {
-                    let taken = groups.remove(b);
-                    groups[a].rests.extend(taken.rests);
-                    b = a + 1;
-                } else {
-                    b += 1;
-                }
-            }
-            a += 1;
-        }
-        groups
+        out.into_values().collect()
     }
 }
