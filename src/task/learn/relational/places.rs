@@ -17,6 +17,8 @@ const PLACE_SD: f64 = 6.0;
 const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
+/// Evidence against a cut beyond which further cuts do not make up for it.
+const HOPELESS: f64 = 6.0;
 /// Least log likelihood of a state's poses, relative to poses scattered over the scene.
 const EVIDENCE: f64 = 8.0;
 /// Number of demonstrations from which scattered poses can be told from a state.
@@ -90,7 +92,7 @@ fn modes(
         }
     }
     let (gain, i, cut) = best;
-    if cut == 0 {
+    if cut == 0 || gain < -HOPELESS {
         return (vec![poses], 0.0);
     }
     poses.sort_by(along(i));
