@@ -24,6 +24,7 @@ mod hostile;
 mod input;
 mod kinematics;
 mod learn_model;
+mod modes;
 mod moving;
 mod pddl;
 mod pddl_of_learned_domains;

@@ -1,10 +1,14 @@
 //! Clusters of rests of one kind, each in the frame in which its poses are most likely.
 //!
 //! Starting from single rests, the two clusters whose union raises the posterior most are merged until no union raises
-//! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. Rigid motions keep
-//! volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
+//! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. What was found and
+//! what was put somewhere is evidence: each cluster has its own unknown share of found objects. It also shows where to
+//! start: objects that were found are merged first, and so are those that were put. Then their clusters are merged, and
+//! single rests move to other clusters while this raises the posterior. Rigid motions keep volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
 //! of frames. Of more than [`MOST`] rests, an even sample is clustered, and the others join the clusters in which they
 //! are most likely.
+
+use statrs::function::gamma::ln_gamma;
 
 use super::likelihood::{Likelihood, Sums};
 
@@ -64,11 +68,9 @@ const CONCENTRATION: f64 = -1.0;
 /// Log probability that an attempt leaves its object in the same cluster; for kinds of which attempts only turn objects,
 /// the second.
 const SAME: (f64, f64) = (4.0, 40.0);
-/// Number of poses up to which a cluster can be a chance coincidence.
-const FEW: usize = 4;
-/// Loss of posterior up to which the poses of such a cluster join another one.
-const CHANCE: f64 = 10.0;
-
+/// Greatest number of rests of which single ones move to other clusters, and how often each is tried.
+const MOVED: usize = 120;
+const SWEEPS: usize = 3;
 impl Clustering<'_> {
     /// Returns the posterior of a cluster with these sums in each frame, without the prior of the partition.
     pub fn scores(&self, n: usize, frames: &[Option<Sums>]) -> Vec<f64> {
@@ -86,18 +88,22 @@ impl Clustering<'_> {
 
     /// Returns the best frame and the posterior of a cluster with these sums.
     fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
-        let mut best = (0, f64::NEG_INFINITY);
+        let (mut best, mut found) = ((0, f64::NEG_INFINITY), 0.0);
         // The prior tells frames apart. It is no cost of a cluster.
         let mut likeliest = f64::NEG_INFINITY;
         for (f, sums) in frames.iter().enumerate() {
             let Some(sums) = sums else { continue };
             likeliest = likeliest.max(self.priors[f].of(n, sums));
             let score = self.score_in(f, n, sums);
+            found = sums.found;
             if score > best.1 + 1e-9 {
                 best = (f, score);
             }
         }
-        (best.0, best.1 - likeliest + statrs::function::gamma::ln_gamma(n as f64) + CONCENTRATION)
+        let n = n as f64;
+        // A uniform prior of the share of found objects integrates out.
+        let origins = ln_gamma(found + 1.0) + ln_gamma(n - found + 1.0) - ln_gamma(n + 2.0);
+        (best.0, best.1 - likeliest + origins + ln_gamma(n) + CONCENTRATION)
     }
 
     fn union(a: &[Option<Sums>], b: &[Option<Sums>]) -> Vec<Option<Sums>> {
@@ -122,7 +128,6 @@ impl Clustering<'_> {
             }
             clusters = self.agglomerate(clusters);
         }
-        self.dissolve(&mut clusters);
         clusters.iter_mut().for_each(|c| c.members.sort_unstable());
         clusters.sort_by_key(|c| c.members[0]);
         clusters
@@ -135,7 +140,54 @@ impl Clustering<'_> {
     }
 
     fn merge(&self, sample: &[usize]) -> Vec<Cluster> {
-        self.agglomerate(sample.iter().map(|i| self.single(*i)).collect())
+        let singles = sample.iter().map(|i| self.single(*i));
+        let is_found = |c: &Cluster| c.frames.iter().flatten().any(|sums| sums.found > 0.0);
+        let (found, put): (Vec<Cluster>, Vec<Cluster>) = singles.partition(is_found);
+        let mut clusters = self.agglomerate(found);
+        clusters.extend(self.agglomerate(put));
+        self.moved(self.agglomerate(clusters))
+    }
+
+    /// Returns the loss of posterior by an attempt that leaves its object in the same cluster.
+    fn same(&self) -> f64 {
+        if self.likelihood.turns { SAME.1 } else { SAME.0 }
+    }
+
+    /// Moves single items to other clusters while this raises the posterior.
+    fn moved(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
+        let few = self.items.len() <= MOVED;
+        for item in (0..SWEEPS).flat_map(|_| 0..self.items.len()).filter(|_| few) {
+            let holds = |c: &Cluster| c.members.contains(&item);
+            let Some(from) = clusters.iter().position(holds) else { continue };
+            let (old, single) = (&clusters[from], self.single(item));
+            let others: Vec<usize> =
+                old.members.iter().copied().filter(|other| *other != item).collect();
+            let sums = others.iter().map(|i| self.items[*i].frames.clone());
+            let frames = sums.reduce(|a, b| Self::union(&a, &b)).unwrap_or_default();
+            let (frame, score) = match others.len() {
+                0 => (0, 0.0),
+                n => self.score(n, &frames),
+            };
+            let rest = Cluster { members: others, frames, score, frame };
+            let gain = |with: &Cluster, without: &Cluster| {
+                let ends = self.attempts.iter().filter(|(a, b)| {
+                    *a == item && without.members.contains(b)
+                        || *b == item && without.members.contains(a)
+                });
+                with.score - without.score - self.same() * ends.count() as f64
+            };
+            let stays = gain(old, &rest) + 1e-6;
+            let moves = (0..clusters.len()).filter(|to| *to != from).map(|to| {
+                let with = self.together(&clusters[to], &single);
+                (gain(&with, &clusters[to]), to, with)
+            });
+            let best = moves.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+            if let Some((_, to, with)) = best.filter(|(gain, ..)| *gain > stays) {
+                (clusters[to], clusters[from]) = (with, rest);
+                clusters.retain(|c| !c.members.is_empty());
+            }
+        }
+        clusters
     }
 
     /// Adds an item to the cluster whose posterior it raises most, or makes a cluster of it.
@@ -169,37 +221,6 @@ impl Clustering<'_> {
         Cluster { members, frames, score, frame }
     }
 
-    /// Lets the poses of clusters that are chance coincidences join the clusters in which they are most likely. Among many
-    /// poses, two always agree closely in some coordinate.
-    fn dissolve(&self, clusters: &mut Vec<Cluster>) {
-        let few: Vec<usize> = (0..clusters.len())
-            .rev()
-            .filter(|c| (2..=FEW).contains(&clusters[*c].members.len()))
-            .collect();
-        for c in few {
-            let small = clusters[c].clone();
-            let mut joined: Vec<Cluster> = clusters
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| *i != c)
-                .map(|(_, x)| x.clone())
-                .collect();
-            let before: f64 = clusters.iter().map(|x| x.score).sum();
-            for item in &small.members {
-                self.join(&mut joined, *item);
-            }
-            let after: f64 = joined.iter().map(|x| x.score).sum();
-            let split = joined.len() >= clusters.len();
-            let apart = self.attempts.iter().all(|(a, b)| {
-                let of = |i: &usize| joined.iter().position(|x| x.members.contains(i));
-                !(small.members.contains(a) || small.members.contains(b)) || of(a) != of(b)
-            });
-            if !split && apart && after > before - CHANCE {
-                *clusters = joined;
-            }
-        }
-    }
-
     /// Merges clusters until no union raises the posterior.
     fn agglomerate(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
         let n = clusters.len();
@@ -215,12 +236,11 @@ impl Clustering<'_> {
                 between[b * n + a] += 1.0;
             }
         }
-        let same = if self.likelihood.turns { SAME.1 } else { SAME.0 };
         let gain = |clusters: &[Cluster], between: &[f32], a: usize, b: usize| {
             let (x, y) = (&clusters[a], &clusters[b]);
             let frames = Self::union(&x.frames, &y.frames);
             let (_, score) = self.score(x.members.len() + y.members.len(), &frames);
-            score - x.score - y.score - same * f64::from(between[a * n + b])
+            score - x.score - y.score - self.same() * f64::from(between[a * n + b])
         };
         let mut alive: Vec<bool> = vec![true; n];
         // The best partner of each cluster among the later ones.

@@ -3,13 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::likelihood::Sums;
+use super::likelihood::{Spread, Sums};
 use super::motion::{Came, Motion, Rest};
 use crate::robot::Pose;
 use crate::task::domain::relative;
 
 /// Smallest size of the scene in a coordinate, in metres.
 pub(super) const SMALLEST_M: f64 = 0.05;
+/// Further weight of the horizontal distance from a reference that moves, beyond that of two parts which touch.
+const BESIDE: f64 = 2.0;
+const PART_M: f64 = 0.04;
+/// Least ratio of the width of a table to the differences in height on it.
+const FLAT: f64 = 4.0;
 
 /// The frames of a recording. Frame 0 is the world, frame `k + 1` belongs to kind `k`.
 pub(super) struct Frames<'m, 'r> {
@@ -20,6 +25,8 @@ pub(super) struct Frames<'m, 'r> {
     pub moves: Vec<bool>,
     /// Size of the scene.
     extent: [f64; 3],
+    /// The vertical coordinate, if objects were found all over a table.
+    pub up: Option<usize>,
     /// For each rest of an object that its container carried here, the rest before.
     pub carried_from: BTreeMap<usize, usize>,
     /// The inverse of `carried_from`.
@@ -50,19 +57,23 @@ impl<'m, 'r> Frames<'m, 'r> {
         let often = (demos / 2).max(2).min(demos);
         let kinds: Vec<Arc<str>> = names.keys().cloned().collect();
         let moves = names.iter().map(|(k, by)| handled.contains(k) || by.len() >= often).collect();
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for rest in &motion.rests {
-            for i in 0..3 {
-                low[i] = low[i].min(rest.pose.position[i]);
-                high[i] = high[i].max(rest.pose.position[i]);
-            }
-        }
-        let extent = std::array::from_fn(|i| (1.1 * (high[i] - low[i])).max(SMALLEST_M));
+        // The width of the scene, or of what was found alone.
+        let width = |found: bool| -> [f64; 3] {
+            let rests = motion.rests.iter().filter(|r| !found || r.came == Came::Found);
+            std::array::from_fn(|i| {
+                let spread = Spread::over(rests.clone().map(|r| r.pose.position[i]));
+                spread.map_or(0.0, |s| s.high - s.low)
+            })
+        };
+        let extent = width(false).map(|w| (1.1 * w).max(SMALLEST_M));
+        let table = width(true);
+        let up = (0..3).find(|i| (0..3).all(|j| j == *i || FLAT * table[*i] < table[j]));
         let mut frames = Self {
             motion,
             kinds,
             moves,
             extent,
+            up,
             carried_from: BTreeMap::new(),
             carried_to: BTreeMap::new(),
         };
@@ -185,8 +196,15 @@ impl<'m, 'r> Frames<'m, 'r> {
             choices = of;
             // A frame is refused if its object leaves while the rest lasts.
             let begin = self.rest_during(rest, track)?;
-            far = self.motion.rests[begin].pose.distance(&own.pose);
+            let there = &self.motion.rests[begin].pose;
+            far = there.distance(&own.pose);
             crowded = f64::from(self.is_crowded(rest, far));
+            // What was put beside something that moves belongs to it less than what was put onto it.
+            if let Some(up) = self.up.filter(|_| self.moves[frame - 1]) {
+                let high = (own.pose.position[up] - there.position[up]).abs();
+                let aside = (far * far - high * high).max(0.0).sqrt();
+                far = high.hypot(aside + BESIDE * (aside - PART_M).max(0.0));
+            }
             let end = self.motion.index_at(own.demo, track, own.last);
             if end.is_some_and(|end| end != begin) {
                 return None;
@@ -201,12 +219,12 @@ impl<'m, 'r> Frames<'m, 'r> {
         let pose = self.pose(rest, frame)?;
         let turn = pose.rotation().to_rotation_matrix();
         Some(Sums {
-            sum: pose.position,
-            square: pose.position.map(|v| v * v),
+            position: pose.position.map(Spread::of),
             turn: *turn.matrix(),
             choices: (choices as f64).ln(),
             far,
             crowded,
+            found: f64::from(own.came == Came::Found),
         })
     }
 }

@@ -1,9 +1,10 @@
 //! Marginal likelihoods of clusters of poses, in closed form.
 //!
-//! A coordinate of a cluster is *tight* (a Gaussian with unknown mean and variance) or *open* (uniform over the scene).
-//! The mean of a tight coordinate has a uniform prior over the scene. Its variance has a prior that is a mixture of
-//! three inverse-gamma distributions with shape 1/2: careful, loose and broad placings. Both integrate out. The
-//! likelihood of a coordinate is the weighted mean of all four. Orientations are treated alike: free, tight about one axis, or tight.
+//! A coordinate of a cluster is *tight* (a Gaussian with unknown mean and variance) or *open* (uniform over the scene,
+//! or over a range of unknown ends). The mean of a tight coordinate has a uniform prior over the scene. Its variance has
+//! a prior that is a mixture of three inverse-gamma distributions with shape 1/2: careful, loose and broad placings. The
+//! width of a range has a log-uniform prior. All of these integrate out. The likelihood of a coordinate is the weighted
+//! mean of all five. Orientations are treated alike: free, tight about one axis, or tight.
 
 use nalgebra::Matrix3;
 use statrs::function::gamma::ln_gamma;
@@ -13,41 +14,79 @@ use super::motion::Noise;
 /// Shape of the prior of a variance.
 const SHAPE: f64 = 0.5;
 /// Scale of careful placing, in metres and radians, without noise of sensing.
-pub(super) const PLACED_M: f64 = 2e-4;
+const PLACED_M: f64 = 2e-4;
 const PLACED_RAD: f64 = 0.02;
 /// Scale of a displacement that is meant to be the same each time, in metres.
 const DISPLACED_M: f64 = 1e-3;
 /// Scales of loose and of broad placings, in metres.
 const LOOSE_M: f64 = 3e-3;
 const BROAD_M: f64 = 4e-2;
+/// Smallest width of a range in which objects lie anywhere, in metres.
+const RANGE_M: f64 = 2e-2;
+/// Log probability that an object was put onto something uneven.
+const UNEVEN: f64 = -4.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
 const DIRECTION_EXTENT: f64 = 3.544_9;
 
+/// What the likelihood of the values of one coordinate depends on, beside their number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spread {
+    pub sum: f64,
+    pub square: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Spread {
+    pub fn of(value: f64) -> Self {
+        Self { sum: value, square: value * value, low: value, high: value }
+    }
+
+    /// Returns the spread of some values; `None` if there are none.
+    pub fn over(values: impl Iterator<Item = f64>) -> Option<Self> {
+        values.map(Self::of).reduce(|a, b| a.add(&b))
+    }
+
+    fn add(&self, other: &Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            square: self.square + other.square,
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    fn squares(&self, n: usize) -> f64 {
+        self.square - self.sum * self.sum / n as f64
+    }
+}
+
 /// Additive sums over the poses of a cluster in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sums {
-    pub sum: [f64; 3],
-    pub square: [f64; 3],
+    pub position: [Spread; 3],
     pub turn: Matrix3<f64>,
     /// Sum of the logarithms of the number of references to choose from.
     pub choices: f64,
-    /// Sum of the distances to the reference, in metres.
+    /// Sum of the distances to the reference, in metres. Beside a reference that moves, they count more.
     pub far: f64,
     /// Number of poses to which another object that moves is nearer than the reference.
     pub crowded: f64,
+    /// Number of poses in which objects were found, not put.
+    pub found: f64,
 }
 
 impl Sums {
     pub fn add(&self, other: &Self) -> Self {
         Self {
-            sum: std::array::from_fn(|i| self.sum[i] + other.sum[i]),
-            square: std::array::from_fn(|i| self.square[i] + other.square[i]),
+            position: std::array::from_fn(|i| self.position[i].add(&other.position[i])),
             turn: self.turn + other.turn,
             choices: self.choices + other.choices,
             far: self.far + other.far,
             crowded: self.crowded + other.crowded,
+            found: self.found + other.found,
         }
     }
 }
@@ -94,21 +133,44 @@ impl Likelihood {
             - (SHAPE + 0.5 * free as f64) * (b + 0.5 * squares.max(0.0)).ln()
     }
 
+    /// Log marginal likelihood of `n` values from a range of unknown ends. Of the ranges of width w, the values leave a share
+    /// of (w - span) / extent; the width has the density 1 / (w ln(extent / RANGE_M)).
+    fn ranged(n: usize, span: f64, extent: f64) -> f64 {
+        let n = n as f64;
+        let extent = extent.max(1.1 * span).max(1.1 * RANGE_M);
+        let least = span.max(RANGE_M);
+        let share = |power: f64| 1.0 - (least / extent).powf(power);
+        let ranges = if n > 1.0 { share(n - 1.0) / (n - 1.0) } else { (extent / least).ln() }
+            - span / least * share(n) / n;
+        (1.0 - n) * least.ln() + (ranges / (extent / RANGE_M).ln()).ln() - extent.ln()
+    }
+
+    /// Log marginal likelihoods of tight values of three scales.
+    fn scales(&self, n: usize, spread: &Spread, extent: f64) -> [f64; 3] {
+        [self.scale_m, LOOSE_M.max(self.scale_m), BROAD_M.max(self.scale_m)]
+            .map(|scale| self.tight(n, spread.squares(n), extent, scale))
+    }
+
     /// Log marginal likelihoods of one coordinate: tight and open, with their priors of 3/4 and 1/4. Tight is the mean
-    /// of three scales.
-    pub fn coordinate(&self, n: usize, sum: f64, square: f64, extent: f64) -> (f64, f64) {
-        let squares = square - sum * sum / n as f64;
-        let quarter = 4f64.ln();
-        let [a, b, c] = [self.scale_m, LOOSE_M.max(self.scale_m), BROAD_M.max(self.scale_m)]
-            .map(|scale| self.tight(n, squares, extent, scale));
-        (log_add(log_add(a, b), c) - quarter, -(n as f64) * extent.ln() - quarter)
+    /// of three scales, open that of the scene and of a range.
+    pub fn coordinate(&self, n: usize, spread: &Spread, extent: f64) -> (f64, f64) {
+        let [a, b, c] = self.scales(n, spread, extent);
+        let range = Self::ranged(n, spread.high - spread.low, extent);
+        let open = log_add(-(n as f64) * extent.ln(), range);
+        (log_add(log_add(a, b), c) - 4f64.ln(), open - 8f64.ln())
+    }
+
+    /// Log marginal likelihood of heights of objects that were put onto something. They agree unless they were put onto
+    /// several things.
+    pub fn heights(&self, n: usize, spread: &Spread, extent: f64) -> f64 {
+        let [a, b, _] = self.scales(n, spread, extent);
+        let (tight, open) = self.coordinate(n, spread, extent);
+        log_add(log_add(a, b) - 2f64.ln(), log_add(tight, open) + UNEVEN)
     }
 
     /// Returns whether values agree so well that they are placed with care.
-    pub fn is_careful(&self, n: usize, sum: f64, square: f64, extent: f64) -> bool {
-        let squares = square - sum * sum / n as f64;
-        let [a, b, c] = [self.scale_m, LOOSE_M.max(self.scale_m), BROAD_M.max(self.scale_m)]
-            .map(|scale| self.tight(n, squares, extent, scale));
+    pub fn is_careful(&self, n: usize, spread: &Spread, extent: f64) -> bool {
+        let [a, b, c] = self.scales(n, spread, extent);
         n >= 2 && log_add(a, b) > log_add(c, -(n as f64) * extent.ln()) + 1.0
     }
 
@@ -133,8 +195,8 @@ impl Likelihood {
     /// Log marginal likelihood of `n` poses in one frame. `extent` is the size of the scene.
     pub fn poses(&self, n: usize, sums: &Sums, extent: &[f64; 3]) -> f64 {
         let mut total = -sums.choices;
-        for (i, extent) in extent.iter().enumerate() {
-            let (tight, open) = self.coordinate(n, sums.sum[i], sums.square[i], *extent);
+        for (spread, extent) in sums.position.iter().zip(extent) {
+            let (tight, open) = self.coordinate(n, spread, *extent);
             total += log_add(tight, open);
         }
         if self.turns {

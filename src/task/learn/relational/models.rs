@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::frames::Frames;
-use super::likelihood::{Likelihood, about, overall};
+use super::likelihood::{Likelihood, Spread, about, overall};
 use super::motion::Came;
 use super::places::Group;
 use crate::robot::{Pose, mean_orientation};
@@ -94,8 +94,9 @@ impl Frames<'_, '_> {
         let extent = self.extent_in(frame);
         let mut coordinates: [Coordinate; 3] = std::array::from_fn(|i| {
             let mut values: Vec<f64> = poses.iter().map(|p| p.position[i]).collect();
-            let (sum, square) = values.iter().fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
-            let (tight, open) = likelihood.coordinate(n, sum, square, extent[i]);
+            let spread = Spread::over(values.iter().copied());
+            let (tight, open) =
+                spread.map_or((0.0, 0.0), |s| likelihood.coordinate(n, &s, extent[i]));
             let mut sorted = values.clone();
             sorted.sort_by(f64::total_cmp);
             let (low, high) = range(&sorted, frame > 0);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::frames::SMALLEST_M;
-use super::likelihood::Likelihood;
+use super::likelihood::{Likelihood, Spread};
 use super::motion::{Came, Motion, Rest};
 use super::states::{States, least_support};
 use crate::task::domain::{
@@ -367,9 +367,8 @@ fn displacement(
             Coordinate::Tight { .. } => None,
         });
         let extent = 2.0 * range.fold(0.0, f64::max).max(SMALLEST_M);
-        let (sum, square) =
-            moved.iter().fold((0.0, 0.0), |(s, q), m| (s + m[*i], q + m[*i] * m[*i]));
-        if !likelihood.is_careful(n, sum, square, extent) {
+        let spread = Spread::over(moved.iter().map(|m| m[*i]))?;
+        if !likelihood.is_careful(n, &spread, extent) {
             return None;
         }
         let squares: f64 = moved.iter().map(|m| (m[*i] - mean[*i]).powi(2)).sum();

@@ -1,22 +1,24 @@
-//! Joins and splits clusters: states with several places, nudged objects and broad clusters that lie together.
+//! Joins and splits clusters: states with several places, and nudged objects.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use statrs::function::gamma::ln_gamma;
+
 use super::frames::Frames;
-use super::likelihood::PLACED_M;
-use super::linked::{linked, spans_more};
+use super::likelihood::{Likelihood, Sums, log_add};
 use super::motion::Came;
-use crate::robot::Pose;
 
 /// Loss of likelihood that the places of one state may have in a common frame, for each place.
 const COMMON: f64 = 8.0;
-/// Greatest distance of two poses of one place, in metres and in standard deviations of careful placing.
+/// Smallest gap between two places, in metres and in standard deviations of careful placing.
 const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
 const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
-const PLACES: f64 = 6.0;
+const PLACES: f64 = 1.0;
+/// Evidence against a cut beyond which further cuts do not make up for it.
+const HOPELESS: f64 = 6.0;
 /// Least log likelihood of a state's poses, relative to poses scattered over the scene.
 const EVIDENCE: f64 = 8.0;
 /// Number of demonstrations from which scattered poses can be told from a state.
@@ -47,6 +49,59 @@ fn common_frame(groups: &[Group], all: &[usize]) -> Option<usize> {
     let best = (0..frames).max_by(|a, b| total(*a).total_cmp(&total(*b)).then(b.cmp(a)))?;
     let own: f64 = all.iter().map(|g| groups[*g].scores[groups[*g].frame]).sum();
     (total(best) >= own - COMMON * all.len() as f64).then_some(best)
+}
+
+/// Rests with their sums in one frame.
+type Place = Vec<(usize, Sums)>;
+
+fn total(place: &[(usize, Sums)]) -> Sums {
+    place[1..].iter().fold(place[0].1.clone(), |sum, (_, one)| sum.add(one))
+}
+
+/// Cuts poses into the likeliest places, one gap in one coordinate after the other. Returns also how much likelier they are
+/// than one place. In the other coordinates, both sides of a gap may have the same values. `least` is the smallest gap, `logs`
+/// the log marginal likelihoods of the coordinates of a place.
+fn modes(
+    mut poses: Place,
+    least: f64,
+    logs: &impl Fn(usize, &Sums) -> [f64; 3],
+) -> (Vec<Place>, f64) {
+    let n = poses.len();
+    let whole = logs(n, &total(&poses));
+    let mut best = (f64::NEG_INFINITY, 0, 0);
+    let along = |i: usize| {
+        move |a: &(usize, Sums), b: &(usize, Sums)| {
+            a.1.position[i].low.total_cmp(&b.1.position[i].low).then(a.0.cmp(&b.0))
+        }
+    };
+    for i in 0..3 {
+        poses.sort_by(along(i));
+        let gaps =
+            (1..n).filter(|k| poses[*k].1.position[i].low - poses[k - 1].1.position[i].low > least);
+        for cut in gaps {
+            let (left, right) =
+                (logs(cut, &total(&poses[..cut])), logs(n - cut, &total(&poses[cut..])));
+            let apart = |j: usize| left[j] + right[j] - whole[j];
+            let shared = |j: usize| log_add(0.0, apart(j)) - 2f64.ln();
+            let others: f64 = (0..3).filter(|j| *j != i).map(shared).sum();
+            let sides = ln_gamma(cut as f64 + 1.0) + ln_gamma((n - cut) as f64 + 1.0);
+            let gain = apart(i) + others + sides - ln_gamma(n as f64 + 2.0) - 3f64.ln();
+            if gain > best.0 {
+                best = (gain, i, cut);
+            }
+        }
+    }
+    let (gain, i, cut) = best;
+    if cut == 0 || gain < -HOPELESS {
+        return (vec![poses], 0.0);
+    }
+    poses.sort_by(along(i));
+    let right = poses.split_off(cut);
+    let ((mut places, left), (others, right)) =
+        (modes(poses, least, logs), modes(right, least, logs));
+    places.extend(others);
+    let gain = gain + left + right;
+    if gain > 0.0 { (places, gain) } else { (vec![places.concat()], 0.0) }
 }
 
 impl Frames<'_, '_> {
@@ -100,58 +155,44 @@ impl Frames<'_, '_> {
         groups
     }
 
-    /// Splits a cluster that is broad because it consists of several tight places.
-    pub fn split(&self, group: Group, scale_m: f64) -> Vec<Group> {
-        let poses: Vec<Option<Pose>> =
-            group.rests.iter().map(|r| self.pose(*r, group.frame)).collect();
-        let Some(poses) = poses.into_iter().collect::<Option<Vec<Pose>>>() else {
-            return vec![group];
+    /// Splits a cluster that is broad because it consists of several places, each of them tight, if that is more likely.
+    pub fn split(&self, group: Group, likelihood: &Likelihood) -> Vec<Group> {
+        let poses = group.rests.iter().map(|r| Some((*r, self.sums(*r, group.frame)?)));
+        let Some(poses) = poses.collect::<Option<Vec<(usize, Sums)>>>() else { return vec![group] };
+        let extent = self.extent_in(group.frame);
+        let put = group.rests.iter().all(|r| self.motion.rests[*r].came != Came::Found);
+        let up = self.up.filter(|_| put);
+        let logs = |n: usize, sums: &Sums| -> [f64; 3] {
+            std::array::from_fn(|i| {
+                let spread = &sums.position[i];
+                if up == Some(i) {
+                    return likelihood.heights(n, spread, extent[i]);
+                }
+                let (tight, open) = likelihood.coordinate(n, spread, extent[i]);
+                log_add(tight, open)
+            })
         };
-        let range = (0..3)
-            .map(|i| {
-                let values = poses.iter().map(|p| p.position[i]);
-                let low = values.clone().fold(f64::INFINITY, f64::min);
-                values.fold(f64::NEG_INFINITY, f64::max) - low
-            })
-            .fold(0.0, f64::max);
-        let width = PLACE_M.max(PLACE_SD * scale_m);
-        if range < 3.0 * width {
+        let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
+        let (places, gain) = modes(poses, least, &logs);
+        let sparse = 2 * places.len() > group.rests.len();
+        let tight = |p: &Place| {
+            let whole = total(p);
+            let careful = |i: usize| likelihood.is_careful(p.len(), &whole.position[i], extent[i]);
+            p.len() == 1 || (0..3).all(careful)
+        };
+        if places.len() < 2 || sparse || gain < PLACES || !places.iter().all(tight) {
             return vec![group];
         }
-        let owner = linked(&poses, width);
-        let places: BTreeSet<usize> = owner.iter().copied().collect();
-        // Each coincidence beyond the first pose of a place has a chance of about the width over the range.
-        let coincidences = (poses.len() - places.len()) as f64 * (range / (2.0 * width)).ln();
-        let sparse = 2 * places.len() > poses.len();
-        if places.len() < 2 || sparse || coincidences < PLACES {
-            return vec![group];
-        }
-        let mut members: BTreeMap<usize, Vec<Pose>> = BTreeMap::new();
-        for (pose, owner) in poses.iter().zip(&owner) {
-            members.entry(*owner).or_default().push(*pose);
-        }
-        if members.values().any(|own| spans_more(own, 3.0 * width)) {
-            return vec![group];
-        }
-        places
-            .iter()
-            .map(|p| Group {
-                rests: group
-                    .rests
-                    .iter()
-                    .zip(&owner)
-                    .filter(|(_, o)| *o == p)
-                    .map(|(r, _)| *r)
-                    .collect(),
-                frame: group.frame,
-                scores: group.scores.clone(),
-                evidence: group.evidence,
-            })
-            .collect()
+        let of = |place: &Place| Group {
+            rests: place.iter().map(|(rest, _)| *rest).collect(),
+            scores: group.scores.clone(),
+            ..group
+        };
+        places.iter().map(of).collect()
     }
 
     /// Joins clusters into states with several places: clusters in one frame that are entered from the same clusters
-    /// and left for the same clusters. Broad clusters that lie together become one place.
+    /// and left for the same clusters.
     pub fn together(&self, groups: Vec<Group>) -> Vec<Vec<Group>> {
         let n = groups.len();
         let mut owner: BTreeMap<usize, usize> = BTreeMap::new();
@@ -230,38 +271,6 @@ impl Frames<'_, '_> {
             group.frame = frame.unwrap_or(group.frame);
             out.entry(state).or_default().push(group);
         }
-        out.into_values().map(|groups| self.join_overlapping(groups)).collect()
-    }
-
-    /// Makes one place of clusters that overlap.
-    fn join_overlapping(&self, mut groups: Vec<Group>) -> Vec<Group> {
-        let range = |group: &Group| -> [(f64, f64); 3] {
-            std::array::from_fn(|i| {
-                let values: Vec<f64> = (group.rests.iter())
-                    .filter_map(|r| Some(self.pose(*r, group.frame)?.position[i]))
-                    .collect();
-                let n = values.len().max(1) as f64;
-                let mean = values.iter().sum::<f64>() / n;
-                let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-                let reach = 2.0 * sd + 2.0 * PLACED_M + 3.0 * self.motion.noise.position_m;
-                (mean - reach, mean + reach)
-            })
-        };
-        let mut a = 0;
-        while a < groups.len() {
-            let mut b = a + 1;
-            while b < groups.len() {
-                let (x, y) = (range(&groups[a]), range(&groups[b]));
-                if (0..3).all(|i| x[i].0 <= y[i].1 && y[i].0 <= x[i].1) {
-                    let taken = groups.remove(b);
-                    groups[a].rests.extend(taken.rests);
-                    b = a + 1;
-                } else {
-                    b += 1;
-                }
-            }
-            a += 1;
-        }
-        groups
+        out.into_values().collect()
     }
 }

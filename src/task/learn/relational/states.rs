@@ -173,7 +173,7 @@ impl Frames<'_, '_> {
                 evidence: likely - n as f64 * scattered,
             }
         });
-        let split = groups.flat_map(|g| self.split(g, likelihood.scale_m)).collect();
+        let split = groups.flat_map(|g| self.split(g, &likelihood)).collect();
         (split, likelihood.turns)
     }
 
