@@ -4,7 +4,6 @@ mod cluster;
 mod frames;
 mod goals;
 mod likelihood;
-mod linked;
 mod models;
 mod motion;
 mod operators;
