@@ -16,6 +16,6 @@ pub(crate) struct CompletionsArgs {
 pub(crate) fn completions(args: &CompletionsArgs, mut program: Command) -> Result<Outcome, Error> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, "symbolt", &mut text);
-    emit(&String::from_utf8_lossy(&text))?;
+    emit(String::from_utf8_lossy(&text))?;
     Ok(Outcome::Done)
 }

@@ -59,7 +59,7 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
     }
     let printed = matches!(out, Place::Default);
     if !(printed && args.common.json) {
-        out.write(&learned.to_string())?;
+        out.write(learned.to_string())?;
     }
     // A model on standard output is alone there.
     if matches!(out, Place::File(..)) || printed && args.common.json {

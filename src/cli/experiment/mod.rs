@@ -95,7 +95,7 @@ pub(crate) struct ExperimentArgs {
 
 pub(crate) fn experiment(args: &ExperimentArgs) -> Result<Outcome, Error> {
     let Some(name) = &args.name else {
-        emit(&list())?;
+        emit(list())?;
         return Ok(Outcome::Done);
     };
     use_threads(&args.common)?;

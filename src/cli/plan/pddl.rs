@@ -88,7 +88,7 @@ fn unreachable(args: &PlanArgs, out: &Place, fault: &str) -> Result<Outcome, Err
             "planner": PlannerKind::GoalSets.name(), "mode": args.planner.mode,
             "plan": nothing, "valid": false, "fault": fault, "actions": nothing,
         });
-        out.write(&said.to_string())?;
+        out.write(said.to_string())?;
     }
     Ok(Outcome::Failed(fault.to_owned()))
 }
