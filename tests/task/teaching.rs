@@ -528,7 +528,7 @@ fn spare() -> World {
 
 /// Prints the figures over many seeds. `SEEDS=500 cargo test --test task teaching::measure -- --ignored --nocapture`
 #[test]
-#[ignore = "prints figures over many seeds"]
+#[ignore = "long statistics: twenty learning seeds of each world"]
 fn measure() {
     let from = std::env::var("SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(500);
     let seeds = || from..from + 20;
@@ -541,7 +541,9 @@ fn measure() {
         ("two of some", number()),
     ];
     for (name, world) in worlds {
-        println!("{name}: {:?}", rate(&world, seeds()));
+        let (solved, of) = rate(&world, seeds());
+        println!("{name}: {solved} of {of}");
+        assert!(10 * solved >= 9 * of, "{name}: {solved} of {of}");
     }
     println!("{:?}", decided(seeds()));
 }

@@ -132,8 +132,7 @@ pub(crate) fn tables(learned: &Learned) -> String {
 }
 
 /// The title of what a single demonstration leaves open.
-const UNSURE: &str = "What one demonstration cannot decide (one with all objects elsewhere would); nor does it tell \
-                      a condition from a coincidence";
+const UNSURE: &str = "What one demonstration cannot decide (one with all objects elsewhere would)";
 
 /// Returns the question for a further demonstration.
 fn question_text(question: &Question) -> String {
