@@ -3,8 +3,8 @@
 //! Starting from single rests, the two clusters whose union raises the posterior most are merged until no union raises
 //! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. What was found and
 //! what was put somewhere is evidence: each cluster has its own unknown share of found objects. It also shows where to
-//! start: objects that were found are merged first, and so are those that were put. Then their clusters are merged, and
-//! single rests move to other clusters while this raises the posterior. Rigid motions keep volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
+//! start: objects that were found are merged first, and so are those that were put. All are also merged at once, and the
+//! likelier result is taken. Single rests move to other clusters while this raises the posterior. Rigid motions keep volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
 //! of frames. Of more than [`MOST`] rests, an even sample is clustered, and the others join the clusters in which they
 //! are most likely.
 
@@ -143,9 +143,24 @@ impl Clustering<'_> {
         let singles = sample.iter().map(|i| self.single(*i));
         let is_found = |c: &Cluster| c.frames.iter().flatten().any(|sums| sums.found > 0.0);
         let (found, put): (Vec<Cluster>, Vec<Cluster>) = singles.partition(is_found);
-        let mut clusters = self.agglomerate(found);
-        clusters.extend(self.agglomerate(put));
-        self.moved(self.agglomerate(clusters))
+        let at_once = self.agglomerate([&found[..], &put[..]].concat());
+        let mut parts = self.agglomerate(found);
+        parts.extend(self.agglomerate(put));
+        [at_once, self.agglomerate(parts)]
+            .map(|clusters| self.moved(clusters))
+            .into_iter()
+            .max_by(|a, b| self.total(a).total_cmp(&self.total(b)))
+            .unwrap_or_default()
+    }
+
+    /// Returns the posterior of a partition.
+    fn total(&self, clusters: &[Cluster]) -> f64 {
+        let scores: f64 = clusters.iter().map(|c| c.score).sum();
+        let within = |(a, b): &(usize, usize)| {
+            clusters.iter().any(|c| c.members.contains(a) && c.members.contains(b))
+        };
+        let within = self.attempts.iter().filter(|ends| within(ends)).count();
+        scores - self.same() * within as f64
     }
 
     /// Returns the loss of posterior by an attempt that leaves its object in the same cluster.
