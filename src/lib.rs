@@ -145,6 +145,7 @@ pub mod study;
 pub mod task;
 
 #[cfg(doctest)]
+#[path = "../tests/documents/compile_fail.rs"]
 mod mistakes;
 
 /// The README's Rust blocks, compiled and run as doctests.

@@ -1,6 +1,6 @@
 //! Mistakes of modellers: those that the builder finds, and the page that lists all of them.
 //!
-//! `src/mistakes.rs` has those that the compiler finds.
+//! `compile_fail.rs` has those that the compiler finds.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -78,8 +78,7 @@ fn raw(source: &str) -> Vec<&str> {
 
 #[test]
 fn the_page_shows_every_mistake_that_the_compiler_finds() {
-    let (source, page) =
-        (include_str!("../../src/mistakes.rs"), include_str!("../../docs/mistakes.md"));
+    let (source, page) = (include_str!("compile_fail.rs"), include_str!("../../docs/mistakes.md"));
     let (program, table) = source.split_once("\nmistakes! {").expect("a table");
     let [before] = raw(program)[..] else { panic!("one program") };
     let shown = before.replace("#[deny(unused_must_use)]\n", "");

@@ -18,6 +18,7 @@
 pub(crate) mod bodies;
 pub(crate) mod frame;
 pub(crate) mod kinematics;
+pub(crate) mod level;
 pub(crate) mod path;
 mod spec;
 pub mod vector;

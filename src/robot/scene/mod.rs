@@ -17,6 +17,7 @@
 //!
 //! This module knows no task: neither the purpose of the bodies nor what the robot should do with them.
 
+pub(crate) mod extent;
 mod frame;
 mod furnish;
 mod lost;

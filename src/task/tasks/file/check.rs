@@ -7,7 +7,7 @@ use super::format::{
     GraspData, LookData, Meddling, Orientation, PartKind, Place, Quantity, Reference, Region,
     Relation, Shape, SliderData, Start, TaskFile,
 };
-use super::frames::dot;
+use crate::robot::arm::level::dot;
 use crate::robot::arm::reaches_table;
 use crate::robot::arm::vector::unit;
 

@@ -10,12 +10,12 @@ use rand::RngExt;
 
 use super::draw::Inner;
 use super::format::{Orientation, Place, Quantity, Relation};
-use super::frames::{Level, arc, dot};
 use super::relation::{Placement, Seen, Sight};
-use super::shape::Extent;
+use crate::robot::arm::level::{Level, arc, dot};
 use crate::robot::arm::vector::scale;
 use crate::robot::arm::{BodyFrame, Turn, reaches_table};
 use crate::robot::scene::Scene;
+use crate::robot::scene::extent::Extent;
 use crate::robot::skill::Target;
 use crate::robot::{SkillOutcome, SkillReport};
 use crate::sim::Seed;

@@ -6,10 +6,11 @@ use std::f64::consts::TAU;
 use rand::{Rng, RngExt};
 
 use super::format::{Reference, Region, Start, TaskFile};
-use super::frames::{Level, arc};
-use super::shape::{self, Extent};
+use super::shape;
+use crate::robot::arm::level::{Level, arc};
 use crate::robot::arm::{BodyFrame, Turn, reaches_table};
 use crate::robot::scene::Piece;
+use crate::robot::scene::extent::Extent;
 use crate::sim::Seed;
 
 /// A task file and its shapes.

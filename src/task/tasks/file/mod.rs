@@ -78,7 +78,6 @@ mod check;
 mod demonstrator;
 mod draw;
 mod format;
-mod frames;
 mod grasps;
 mod relation;
 mod shape;

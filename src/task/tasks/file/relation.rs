@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use super::draw::Shapes;
 use super::format::{HandlingData, Orientation, Place, Quantity, Relation, TaskFile};
-use super::frames::{Level, angle_deg, dot};
-use super::shape::Extent;
 use crate::robot::Pose;
 use crate::robot::arm::BodyFrame;
+use crate::robot::arm::level::{Level, angle_deg, dot};
 use crate::robot::arm::vector::{scale, sub, unit};
 use crate::robot::scene::Scene;
+use crate::robot::scene::extent::Extent;
 
 /// A part as it lies now.
 #[derive(Debug, Clone, Copy)]

@@ -10,10 +10,10 @@ use super::draw::{self, Inner, Layout, Shapes};
 use super::format::{LandmarkData, LookData, PartKind, Quantity, Reference, Start, TaskFile};
 use super::grasps;
 use super::relation::Sight;
-use super::shape::Extent;
 use crate::robot::Pose;
 use crate::robot::arm::BodyFrame;
 use crate::robot::arm::vector::{add, unit};
+use crate::robot::scene::extent::Extent;
 use crate::robot::scene::{
     BodyId, BodyKind, Fixture, Handling, Landmark, Look, Part, Scene, SceneSpec, Sensed, Slider,
     Symmetry,

@@ -2,20 +2,20 @@
 
 use std::f64::consts::PI;
 
-use crate::robot::arm::vector::{add, cross, scale, sub, unit};
-use crate::robot::arm::{BodyFrame, Turn};
+use super::frame::{BodyFrame, Turn};
+use super::vector::{add, cross, scale, sub, unit};
 
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Returns the angle between two directions, in degrees.
-pub(super) fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(unit(a), unit(b)).clamp(-1.0, 1.0).acos().to_degrees()
 }
 
 /// Returns the smallest rotation that takes direction `from` to direction `to`.
-pub(super) fn arc(from: [f64; 3], to: [f64; 3]) -> Turn {
+pub(crate) fn arc(from: [f64; 3], to: [f64; 3]) -> Turn {
     let (from, to) = (unit(from), unit(to));
     let axis = cross(from, to);
     let (sin, cos) = (dot(axis, axis).sqrt(), dot(from, to));
@@ -31,7 +31,7 @@ pub(super) fn arc(from: [f64; 3], to: [f64; 3]) -> Turn {
 
 /// A frame whose z axis points up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Level {
+pub(crate) struct Level {
     origin: [f64; 3],
     axes: [[f64; 3]; 3],
 }

@@ -1,0 +1,64 @@
+//! Unit tests of `src/task/execute/recovery/attempts.rs`.
+
+use super::*;
+
+fn what() -> Intent {
+    Intent { action: "PUT".into(), part: 0, reference: Some("slot_0".into()), place: 0 }
+}
+
+fn tried(attempts: &mut Attempts, index: usize, outcome: SkillOutcome, effect: bool) {
+    attempts.begin(Attempt::begun(what(), Means::Task(index), Pose::at([0.0; 3]), false));
+    attempts.end(outcome);
+    attempts.settle(|_| effect);
+}
+
+#[test]
+fn a_grasp_that_failed_the_same_way_twice_is_left_out() {
+    let mut attempts = Attempts::default();
+    let (here, there) = (Pose::at([0.0; 3]), Pose::at([0.1, 0.0, 0.0]));
+    let usable = |a: &Attempts, at: &Pose| a.usable(&what(), at, 3, Means::Task);
+    tried(&mut attempts, 0, SkillOutcome::Missed, false);
+    assert_eq!(usable(&attempts, &here), [1, 2, 0], "unused grasps come first");
+    tried(&mut attempts, 0, SkillOutcome::Dropped, false);
+    assert_eq!(usable(&attempts, &here), [1, 2, 0], "it failed in two ways");
+    tried(&mut attempts, 0, SkillOutcome::Missed, false);
+    assert_eq!(usable(&attempts, &here), [1, 2]);
+    assert_eq!(usable(&attempts, &there), [0, 1, 2], "the part lies elsewhere now");
+    assert_eq!(attempts.usable(&what(), &here, 3, Means::Any), [0, 1, 2]);
+}
+
+#[test]
+fn an_action_without_effect_is_not_tried_a_third_time_until_something_changes() {
+    let mut attempts = Attempts::default();
+    tried(&mut attempts, 0, SkillOutcome::Placed, false);
+    assert_eq!(attempts.worn_out(&what(), Means::Task), None);
+    tried(&mut attempts, 1, SkillOutcome::Placed, false);
+    assert_eq!(attempts.worn_out(&what(), Means::Task), Some(AttemptEnd::NoEffect));
+    let other = Intent { place: 1, ..what() };
+    assert_eq!(attempts.worn_out(&other, Means::Any), None);
+    let clear = Intent::detour(RecoveryKind::Clear, 1);
+    for (effect, worn) in [(false, Some(AttemptEnd::NoEffect)), (true, None)] {
+        let means = Means::Task(0);
+        attempts.begin(Attempt::begun(clear.clone(), means, Pose::at([0.0; 3]), true));
+        attempts.end(SkillOutcome::Placed);
+        attempts.settle(|_| effect);
+        assert_eq!(attempts.worn_out(&what(), Means::Task), worn);
+    }
+    assert_eq!(attempts.detours(), 2);
+}
+
+#[test]
+fn a_detour_that_failed_the_same_way_twice_is_not_repeated_from_the_same_pose() {
+    let mut attempts = Attempts::default();
+    let (here, there) = (Pose::at([0.0; 3]), Pose::at([0.1, 0.0, 0.0]));
+    let push = Intent::detour(RecoveryKind::Push, 3);
+    for _ in 0..2 {
+        assert!(attempts.may_detour(&push, &here));
+        attempts.begin(Attempt::begun(push.clone(), Means::Push(0), here, true));
+        attempts.end(SkillOutcome::Blocked);
+        attempts.settle(|_| false);
+    }
+    assert!(!attempts.may_detour(&push, &here));
+    assert!(attempts.may_detour(&push, &there));
+    assert!(attempts.may_detour(&Intent::detour(RecoveryKind::Regrasp, 3), &here));
+}
