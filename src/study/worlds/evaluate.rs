@@ -8,7 +8,9 @@ use crate::sim::Seed;
 use crate::task::TaskError;
 use crate::task::classify::{Classifier, Layout};
 use crate::task::compile::Problem;
-use crate::task::domain::{NeedVerdict, RelationalDomain, RelationalOperator, Role, Subject};
+use crate::task::domain::{
+    GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator, Role, Subject,
+};
 use crate::task::learn::{Settings, learn};
 use crate::task::recording::Sensing;
 use crate::task::recording::Snapshot;
@@ -101,7 +103,18 @@ pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
         .collect();
     out.states = score_states(&shown, &said);
     score_operators(world, domain, &mut out);
-    let (outcomes, trouble) = episodes(world, domain, trial);
+    let mut planned = domain.clone();
+    // Where demonstrations end differently, the user takes the first of the goals that are offered and that he means.
+    let meant = |state: &usize| {
+        let name = out.states.names.get(&domain.states[*state].name);
+        let goals = || world.0.goal.iter().chain(&world.0.or_goal);
+        !world.0.or_goal.is_empty() && name.is_some_and(|n| goals().any(|goal| goal.state == *n))
+    };
+    if let Some(state) = domain.other_goals().into_iter().find(meant) {
+        let (quantity, of) = (Quantity::AtLeast(1), trial.demos);
+        planned.goals = vec![GoalTerm { state, quantity, reference: None, held: 0, of }];
+    }
+    let (outcomes, trouble) = episodes(world, &planned, trial);
     out.outcomes = outcomes;
     out.trouble = trouble;
     Ok(out)
