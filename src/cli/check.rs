@@ -10,6 +10,7 @@ use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{SolvedFileError, SolvedModel};
+use symbolt::robot::scene::{PAYLOAD_N, Scene};
 use symbolt::sim::Seed;
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::tasks::file::{DataTask, FORMAT};
@@ -95,12 +96,21 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
     }))
 }
 
-/// Demonstrates a task once. Returns what the robot could not do, with the number that rules it out: reach, grip against
-/// weight, or opening of the fingers. Warns of it, too.
+/// Weighs the parts of a task and demonstrates it once. Returns what the robot cannot do, with the number that rules it out:
+/// payload, reach, grip against weight, or opening of the fingers. Warns of it, too.
 fn unsolved(task: &dyn Task) -> Result<Vec<String>, TaskError> {
-    let shown = demonstrate(task, 1, Seed::new(0))?;
-    let unsolved: Vec<String> = shown.unsolved.iter().map(ToString::to_string).collect();
-    unsolved.iter().for_each(|why| warn(&format!("a trial did not solve the task: {why}")));
+    let spec = task.scene(Seed::new(0))?;
+    let scene = Scene::new(spec.clone())?;
+    let carried = (0..spec.parts.len()).filter(|part| spec.parts[*part].slider.is_none());
+    let heavy = carried.filter_map(|part| Some((part, scene.weight_n(part)?)));
+    let heavy = heavy.filter(|(_, weight_n)| *weight_n > PAYLOAD_N);
+    let heavy = heavy.map(|(part, weight_n)| {
+        format!("part {part} weighs {weight_n:.2} N, and the arm carries {PAYLOAD_N} N")
+    });
+    let mut unsolved: Vec<String> = heavy.collect();
+    let shown = demonstrate(task, 1, Seed::new(0))?.unsolved;
+    unsolved.extend(shown.iter().map(|why| format!("a trial did not solve the task: {why}")));
+    unsolved.iter().for_each(|why| warn(why));
     Ok(unsolved)
 }
 

@@ -32,7 +32,7 @@ mod spec;
 
 pub use frame::SceneFrame;
 pub use outline::{Body, KindOutline, Mesh, Outline};
-pub use physics::Scene;
+pub use physics::{PAYLOAD_N, Scene};
 pub use sensed::{Percept, Sensed};
 pub use shapes::{Piece, cuboid};
 pub use spec::{

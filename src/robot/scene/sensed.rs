@@ -206,11 +206,10 @@ impl<'s> Sensed<'s> {
 
     /// Returns a part's centre of mass in the part's frame, and its weight in newtons.
     pub(crate) fn mass(&self, part: usize) -> (Vector, f64) {
-        let physics = &self.scene.physics;
-        let body = self.scene.parts.get(part).and_then(|p| physics.bodies.get(p.body));
-        body.map_or((Vector::ZERO, 0.0), |body| {
-            (body.local_center_of_mass(), body.mass() * physics.gravity.length())
-        })
+        let bodies = &self.scene.physics.bodies;
+        let body = self.scene.parts.get(part).and_then(|p| bodies.get(p.body));
+        let middle = body.map_or(Vector::ZERO, |body| body.local_center_of_mass());
+        (middle, self.scene.weight_n(part).unwrap_or_default())
     }
 
     /// Returns the joint angles.

@@ -3,13 +3,13 @@
 use super::grasp::{Grasp, Target};
 use crate::robot::SkillOutcome;
 use crate::robot::arm::kinematics;
-use crate::robot::scene::Sensed;
+use crate::robot::scene::{PAYLOAD_N, Sensed};
 
 /// Multiple of a part's weight above which a grip is said to be able to squeeze the part out of the hand.
 const SQUEEZED: f64 = 500.0;
 
 impl Sensed<'_> {
-    /// Returns in words which limit can have kept the robot from putting a part at a target: grip against weight, reach,
+    /// Returns in words which limit can have kept the robot from putting a part at a target: payload, grip against weight, reach,
     /// opening of the fingers, or the position error at which the arm stops. `grasps` are those that were tried. Where a limit
     /// leaves room, its numbers are said all the same, so that it can be ruled out.
     pub fn limits_in_words(
@@ -26,6 +26,9 @@ impl Sensed<'_> {
         let friction = gripper.friction.max(kind.friction);
         let holds_n = 2.0 * gripper.force_n * friction;
         let grip = || {
+            if weight_n > PAYLOAD_N {
+                return format!("it weighs {weight_n:.2} N, and the arm carries {PAYLOAD_N} N");
+            }
             let force_n = gripper.force_n;
             let squeezed = match force_n > SQUEEZED * weight_n {
                 true => ", and so much force can press it out of the hand",
