@@ -17,6 +17,8 @@ const PLACE_SD: f64 = 6.0;
 const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
+/// Evidence for tight places in which poses coincide, in nats.
+const COINCIDENCES: f64 = 3.0;
 /// Evidence against a cut beyond which further cuts do not make up for it.
 const HOPELESS: f64 = 6.0;
 /// Least log likelihood of a state's poses, relative to poses scattered over the scene.
@@ -104,6 +106,28 @@ fn modes(
     if gain > 0.0 { (places, gain) } else { (vec![places.concat()], 0.0) }
 }
 
+/// Cuts poses at all gaps of more than `least`. Returns also how much likelier it is than at random, in nats, that as many
+/// of them coincide: each pose chooses a place, and each beyond the first of its place is there by a chance of the width of a
+/// place over the range.
+fn coincidences(poses: Place, least: f64) -> (Vec<Place>, f64) {
+    let n = poses.len() as f64;
+    let whole = total(&poses);
+    let range = whole.position.iter().map(|s| s.high - s.low).fold(0.0, f64::max);
+    let mut places = vec![poses];
+    // After a cut in one coordinate, there can be gaps in another.
+    for i in (0..3).chain(0..3) {
+        let mut cut: Vec<Place> = Vec::new();
+        for mut place in places {
+            place.sort_by(|a, b| a.1.position[i].low.total_cmp(&b.1.position[i].low));
+            let low = |one: &(usize, Sums)| one.1.position[i].low;
+            cut.extend(place.chunk_by(|a, b| low(b) - low(a) <= least).map(<[_]>::to_vec));
+        }
+        places = cut;
+    }
+    let k = places.len() as f64;
+    (places, (n - k) * (range / (2.0 * least)).ln() - n * k.ln())
+}
+
 impl Frames<'_, '_> {
     /// Joins clusters between which objects were only nudged: moved by no attempt, and much less than attempts move them.
     pub fn without_nudges(&self, kind: usize, mut groups: Vec<Group>) -> Vec<Group> {
@@ -173,7 +197,10 @@ impl Frames<'_, '_> {
             })
         };
         let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
-        let (places, gain) = modes(poses, least, &logs);
+        let (mut places, mut gain) = coincidences(poses.clone(), least);
+        if gain < COINCIDENCES || 2 * places.len() > poses.len() {
+            (places, gain) = modes(poses, least, &logs);
+        }
         let sparse = 2 * places.len() > group.rests.len();
         let tight = |p: &Place| {
             let whole = total(p);
