@@ -1,5 +1,7 @@
 //! The orientations in which a part may stand at a target.
 
+#![cfg(feature = "physics")]
+
 use std::f64::consts::FRAC_PI_2;
 
 use symbolt::robot::Pose;

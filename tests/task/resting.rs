@@ -1,5 +1,6 @@
 //! Rest and motion: what should lie still lies still, and nothing else is frozen.
 
+#![cfg(feature = "physics")]
 #![allow(clippy::unwrap_used)]
 
 use symbolt::robot::Pose;

@@ -82,6 +82,7 @@ fn learning_takes_no_time_that_grows_with_the_square_of_the_demonstrations() {
 }
 
 /// Most memory that a program took so far, in bytes; `None` if it has ended.
+#[cfg(feature = "cli")]
 fn most_memory(process: u32) -> Option<f64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

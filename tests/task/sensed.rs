@@ -1,5 +1,7 @@
 //! Everything that the robot does goes by what it senses; where a body is in truth is for the physics and the judge alone.
 
+#![cfg(feature = "physics")]
+
 use symbolt::robot::scene::{Percept, Scene};
 use symbolt::robot::skill::{Robot, Target, any_grasps, free_places};
 use symbolt::robot::{Pose, SkillOutcome, SkillReport};
