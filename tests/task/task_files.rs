@@ -397,11 +397,11 @@ fn bad_files_are_refused_by_file_and_line_or_field() {
 }
 
 #[test]
-#[ignore = "long statistics: 140 demonstrations"]
+#[ignore = "long statistics: 84 demonstrations"]
 fn nearly_every_demonstration_solves_its_task() {
     for text in [JIG, DRAWER, CUP, TABLE, TOWER, FLANGE, SORTING] {
         let task = task(text);
-        let shown = demonstrate(&task, 20, Seed::new(7)).expect("it can be shown");
-        assert!(shown.solved >= 19, "{}: {} of 20", task.name(), shown.solved);
+        let shown = demonstrate(&task, 12, Seed::new(7)).expect("it can be shown");
+        assert!(shown.solved >= 11, "{}: {} of 12", task.name(), shown.solved);
     }
 }
