@@ -9,7 +9,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use rand::RngExt;
 use symbolt::robot::Pose;
 use symbolt::sim::Seed;
-use symbolt::study::worlds::{Planning, Run, Stage, Trial, World, all, evaluate, named, plain};
+use symbolt::study::worlds::{
+    Planning, Run, Stage, Trial, World, all, evaluate, named, plain, varied,
+};
 use symbolt::task::{Demonstration, Recording, Sensing, SnapshotEvent};
 
 /// The pose of an object.
@@ -297,16 +299,15 @@ fn either_key_is_needed_and_every_block() {
     assert!((0..6).all(|seed| keys(seed) == 1));
 }
 
+/// A trial of five demonstrations and four episodes.
+fn trial(seed: u64, sensing: Sensing) -> Trial {
+    let seed = Seed::new(seed);
+    Trial { demos: 5, episodes: 4, planner: Planning::Symbolic, sensing, seed }
+}
+
 /// Number of episodes done and recognised, of 16 from five demonstrations each.
 fn done(world: &str, sensing: Sensing) -> usize {
-    let trial = |seed| Trial {
-        demos: 5,
-        episodes: 4,
-        planner: Planning::Symbolic,
-        sensing,
-        seed: Seed::new(seed),
-    };
-    (720..724).map(|seed| evaluate(&of(world), &trial(seed)).unwrap().done()).sum()
+    (720..724).map(|seed| evaluate(&of(world), &trial(seed, sensing)).unwrap().done()).sum()
 }
 
 #[test]
@@ -314,4 +315,21 @@ fn a_move_shown_once_is_kept_under_noise() {
     let sensing = Sensing { pose_noise_m: 1e-3, pose_noise_deg: 1.0, ..Sensing::default() };
     assert!(done("tower_blocked_once", sensing) >= 15);
     assert!(done("gate_opened_once", sensing) >= 15);
+}
+
+/// On seeds 90210 and 90211, 165 of 184 scenes were done, with one false goal; 132 with 16 before areas of one height, either-or,
+/// all-of and offered goals were learned. Two of these worlds are not learned yet: `slabs` and `thin_and_thick`.
+#[test]
+fn varied_worlds_are_done_from_five_demonstrations() {
+    let (mut done, mut wrong, mut of) = (0, 0, 0);
+    for world in varied() {
+        for seed in 730..734 {
+            let found = evaluate(&world, &trial(seed, Sensing::default())).unwrap();
+            done += found.done();
+            wrong += found.false_goals();
+            of += found.outcomes.len();
+        }
+    }
+    println!("{done} of {of}, {wrong} false goals");
+    assert!(100 * done >= 85 * of && 100 * wrong <= 3 * of, "{done} of {of}, {wrong} false goals");
 }
