@@ -29,10 +29,11 @@ pub struct Question {
     pub decides: Vec<(String, String)>,
 }
 
-/// Greatest number of first scenes, of situations after each number of moves, and of moves.
+/// Greatest number of first scenes, of situations after each number of moves, of moves, and of moves that are tried in all.
 const MOST_SCENES: usize = 3;
 const MOST_SITUATIONS: usize = 40;
 const MOST_MOVES: usize = 16;
+const MOST_TRIED: usize = 50_000;
 
 /// Moves from the first scene, the situation after them, and the undecided needs that they leave unmet.
 #[derive(Clone)]
@@ -45,7 +46,8 @@ struct Walk {
 /// Returns the demonstration that would decide most; `None` if no order of moves to the goal decides anything.
 ///
 /// `needed` has the conditions that are known to be needed, as in [`Question::decides`]: those without which an earlier
-/// question could not be shown. All moves meet them. Costs some hundred milliseconds.
+/// question could not be shown. All moves meet them. Tries at most 50,000 moves, which take some hundred milliseconds; with
+/// many objects it may therefore miss the best.
 pub fn ask(
     domain: &RelationalDomain,
     recording: &Recording,
@@ -61,6 +63,7 @@ pub fn ask(
         scene.objects.retain(|object| !ids.contains(&&*object.id));
         Some(scene)
     };
+    let mut tries = MOST_TRIED;
     let mut best: Option<(f64, Question)> = None;
     for number in 0..recording.demos.len().min(MOST_SCENES) {
         let Some(whole) = first(number, &[]) else { continue };
@@ -73,10 +76,8 @@ pub fn ask(
         }
         for ids in left_out {
             let Some(scene) = first(number, &ids) else { continue };
-            let Some((weight, walk)) = widest(domain, &scene, |need| needed.contains(&said(need)))
-            else {
-                continue;
-            };
+            let known = |need| needed.contains(&said(need));
+            let Some((weight, walk)) = widest(domain, &scene, known, &mut tries) else { continue };
             // Objects are left out only where that decides more.
             if best.as_ref().is_none_or(|(most, _)| weight > *most + 1e-9) {
                 let named = |m: &Move| {
@@ -98,12 +99,16 @@ pub fn ask(
 }
 
 /// Returns the moves from a scene to the goal that leave most unmet, with the sum of what the needs count; `None` if they
-/// leave nothing unmet. Of equals, the fewest moves are taken. No object makes an action twice.
+/// leave nothing unmet, or no more moves may be tried. Of equals, the fewest moves are taken. No object makes an action twice.
 fn widest(
     domain: &RelationalDomain,
     scene: &Snapshot,
     needed: impl Fn((usize, usize)) -> bool,
+    tries: &mut usize,
 ) -> Option<(f64, Walk)> {
+    if *tries == 0 {
+        return None;
+    }
     let layout = Classifier::new(domain).classify(scene);
     let problem = Problem::new(domain, &layout).ok()?;
     let (needed, undecided): (BTreeSet<(usize, usize)>, BTreeSet<_>) =
@@ -126,6 +131,10 @@ fn widest(
                 continue;
             }
             for m in problem.moves(&walk.situation) {
+                if *tries == 0 {
+                    return best;
+                }
+                *tries -= 1;
                 let again = |e: &Move| (e.operator, e.object) == (m.operator, m.object);
                 let lacks = problem.unmet(&m, &walk.situation, &needed).next().is_some();
                 if lacks || walk.moves.iter().any(again) {

@@ -156,10 +156,11 @@ fn conditions(states: usize) -> impl Iterator<Item = Condition> {
     })
 }
 
-/// Greatest number of states of which one will do.
-const MOST_ALTERNATIVES: usize = 3;
+/// Greatest number of states among which those are sought of which one will do.
+const MOST_MEANS: usize = 24;
 
-/// Returns sets of states, with their subjects, of which one held before each instance, although none of them always did.
+/// Returns sets of two or three states, with their subjects, of which one held before each instance, although none of them always
+/// did.
 ///
 /// Each of the states was brought about in some demonstrations and is missing at the end of others. It was therefore no
 /// end in itself: somebody who does in each demonstration one of several things that are not needed later does it for
@@ -189,8 +190,12 @@ fn alternatives(
                 means.push((state, held));
             }
         }
-        for size in 2..=MOST_ALTERNATIVES {
-            while let Some(set) = covering(&means, size, instances.len()) {
+        if means.len() > MOST_MEANS {
+            continue;
+        }
+        // Where one of them held each time, that is what was meant.
+        for (several, size) in [false, true].into_iter().flat_map(|s| [(s, 2), (s, 3)]) {
+            while let Some(set) = covering(&means, size, instances.len(), several) {
                 means.retain(|(state, _)| !set.contains(state));
                 sets.push((subject, set));
             }
@@ -199,16 +204,24 @@ fn alternatives(
     sets
 }
 
-/// Returns the first so many states of which exactly one held before each of the instances, each before at least one.
-fn covering(means: &[(usize, Vec<bool>)], size: usize, instances: usize) -> Option<Vec<usize>> {
+/// Returns the first so many states of which one held before each of the instances, each state alone before at least one. If
+/// `several` may hold, a state can hold beside another.
+fn covering(
+    means: &[(usize, Vec<bool>)],
+    size: usize,
+    instances: usize,
+    several: bool,
+) -> Option<Vec<usize>> {
     let mut open: Vec<Vec<usize>> = vec![Vec::new()];
     while let Some(chosen) = open.pop() {
         let held = |i: usize| chosen.iter().filter(|m| means[**m].1[i]).count();
         if chosen.len() == size {
-            if (0..instances).all(|i| held(i) == 1) {
+            let alone = |m: &usize| (0..instances).any(|i| means[*m].1[i] && held(i) == 1);
+            let all = (0..instances).all(|i| held(i) == 1 || (several && held(i) > 0));
+            if all && chosen.iter().all(alone) {
                 return Some(chosen.into_iter().map(|m| means[m].0).collect());
             }
-        } else if (0..instances).all(|i| held(i) <= 1) {
+        } else if several || (0..instances).all(|i| held(i) <= 1) {
             let next = chosen.last().map_or(0, |last| last + 1);
             open.extend((next..means.len()).rev().map(|m| [&chosen[..], &[m]].concat()));
         }
