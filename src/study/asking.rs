@@ -46,8 +46,8 @@ struct Walk {
 /// Returns the demonstration that would decide most; `None` if no order of moves to the goal decides anything.
 ///
 /// `needed` has the conditions that are known to be needed, as in [`Question::decides`]: those without which an earlier
-/// question could not be shown. All moves meet them. Tries at most 50,000 moves, which take some hundred milliseconds; with
-/// many objects it may therefore miss the best.
+/// question could not be shown. All moves meet them. Tries at most 50,000 moves, fewer where there are many conditions,
+/// which takes some hundred milliseconds. With many objects it may therefore miss the best.
 pub fn ask(
     domain: &RelationalDomain,
     recording: &Recording,
@@ -113,6 +113,8 @@ fn widest(
     let problem = Problem::new(domain, &layout).ok()?;
     let (needed, undecided): (BTreeSet<(usize, usize)>, BTreeSet<_>) =
         problem.undecided().partition(|need| needed(*need));
+    // A move takes longer where there are more conditions.
+    let cost = 1 + undecided.len() / 16;
     let weight = |walk: &Walk| -> f64 {
         let of = |(o, n): &(usize, usize)| domain.operators[*o].needs[*n].of as f64;
         walk.unmet.iter().map(|need| 1.0 / (of(need) + 2.0)).sum()
@@ -134,7 +136,7 @@ fn widest(
                 if *tries == 0 {
                     return best;
                 }
-                *tries -= 1;
+                *tries = tries.saturating_sub(cost);
                 let again = |e: &Move| (e.operator, e.object) == (m.operator, m.object);
                 let lacks = problem.unmet(&m, &walk.situation, &needed).next().is_some();
                 if lacks || walk.moves.iter().any(again) {

@@ -173,6 +173,8 @@ fn alternatives(
     let ends: Vec<Situation> = (0..motion.recording.demos.len())
         .filter_map(|d| Some(scene(motion, found, d, motion.last(d)?)))
         .collect();
+    let starts: Vec<Situation> =
+        instances.iter().map(|i| scene(motion, found, i.attempt.demo, 0)).collect();
     let lasts = |state: usize| ends.iter().all(|e| e.iter().flatten().any(|f| f.state == state));
     let mut sets: Vec<(Subject, Vec<usize>)> = Vec::new();
     for subject in OTHERS {
@@ -182,9 +184,8 @@ fn alternatives(
             let condition = Condition { state, subject };
             let held: Vec<bool> =
                 instances.iter().map(|i| i.count(&i.before, &condition) > 0).collect();
-            let brought = instances.iter().zip(&held).any(|(i, held)| {
-                *held && i.count(&scene(motion, found, i.attempt.demo, 0), &condition) == 0
-            });
+            let mut all = instances.iter().zip(&starts).zip(&held);
+            let brought = all.any(|((i, start), held)| *held && i.count(start, &condition) == 0);
             let known = sets.iter().any(|(_, states)| states.contains(&state));
             if brought && !known && !lasts(state) && held.contains(&false) {
                 means.push((state, held));
