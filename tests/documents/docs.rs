@@ -170,7 +170,7 @@ fn the_commands_for_ignored_tests_run_the_long_statistics_and_the_longer_ones_ap
             // This file only looks for the mark.
             for mark in text.split("#[ignore = \"").skip(1).filter(|_| file != "docs") {
                 let long_statistics = mark.starts_with("long statistics")
-                    || mark.starts_with("long: eight simulated hours");
+                    || mark.starts_with("long: two simulated hours");
                 if long_statistics { &mut long } else { &mut longer }.insert(name.clone());
             }
         }

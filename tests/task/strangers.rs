@@ -162,6 +162,23 @@ fn what_is_not_seen_for_a_moment_lies_where_it_was_put() {
 }
 
 #[test]
+fn what_is_not_seen_when_it_is_put_is_no_side_effect_of_the_next_move() {
+    // The block was not seen when it was put into the drawer, in two of five demonstrations, nor when the drawer was touched next.
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/learned/drawer_unseen.jsonl");
+    let recording = Recording::read(&path).expect("a recording");
+    let domain = learn(&recording, &Default::default()).expect("it can be learned").domain;
+    let drawers = domain.operators.iter().filter(|o| o.name.starts_with("PUT_DRAWER"));
+    let (mut count, mut begun) = (0, Vec::new());
+    for operator in drawers {
+        count += 1;
+        let begins = operator.side_effects.iter().filter(|e| e.begins);
+        begun.extend(begins.map(|e| domain.states[e.condition.state].name.clone()));
+    }
+    assert!(count >= 1 && !begun.iter().any(|name| name.starts_with("BLOCK")), "{begun:?}");
+}
+
+#[test]
 fn what_is_carried_away_unseen_was_not_where_it_is_seen_next() {
     // A block is put into an open drawer and not seen until the drawer is closed.
     let tasks = symbolt::task::tasks::all().expect("the built-in tasks");

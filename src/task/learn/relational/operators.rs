@@ -23,6 +23,8 @@ struct Instance {
     /// The fact of each track before and after.
     before: Situation,
     after: Situation,
+    /// The tracks that are not seen before or after, although they lie somewhere; none unless objects are missing for a moment.
+    unseen: BTreeSet<usize>,
 }
 
 /// The outcome of each attempt: the state that its object entered.
@@ -100,11 +102,15 @@ fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<In
     if from.state == to.state && from.reference == to.reference {
         return Err(Failure::NothingNew);
     }
+    let tracks = motion.tracks[attempt.demo].iter().enumerate();
+    let hidden = |at: &[Option<usize>]| at[attempt.before].is_none() || at[attempt.after].is_none();
+    let unseen = tracks.filter(|(_, track)| motion.flickers && hidden(&track.at));
     Ok(Instance {
         attempt: *attempt,
         object,
         from,
         to,
+        unseen: unseen.map(|(track, _)| track).collect(),
         before: scene(motion, found, attempt.demo, attempt.before),
         after: scene(motion, found, attempt.demo, attempt.after),
     })
@@ -132,6 +138,12 @@ impl Instance {
     fn count(&self, scene: &Situation, condition: &Condition) -> usize {
         let counted = condition.counted(&self.parameters());
         counted.map_or(0, |counted| counted.holders(scene).count())
+    }
+
+    /// Returns whether a condition that does not seem to hold may hold all the same, by an object that is not seen.
+    fn may_hold(&self, motion: &Motion<'_>, found: &States, condition: &Condition) -> bool {
+        let tracks = &motion.tracks[self.attempt.demo];
+        self.unseen.iter().any(|track| *tracks[*track].kind == *found.states[condition.state].kind)
     }
 
     /// Counts the objects that could fulfil a condition, whatever their states.
@@ -254,7 +266,14 @@ fn operator(
     };
     let mut needs: Vec<Need> = Vec::new();
     for condition in conditions(found.states.len()) {
-        let counts = held_before(&condition);
+        let all = held_before(&condition);
+        // An instance that does not tell is left out, unless most do not.
+        let tells =
+            |(i, count): &(&Instance, usize)| *count > 0 || !i.may_hold(motion, found, &condition);
+        let told = instances.iter().zip(all.iter().copied()).filter(tells);
+        let told: Vec<usize> = told.map(|(_, count)| count).collect();
+        let counts = if 2 * told.len() > all.len() { told } else { all };
+        let of = counts.len();
         let held = counts.iter().filter(|c| **c > 0).count();
         let least = counts.iter().copied().min().unwrap_or(0).max(1);
         let present = instances.iter().map(|i| i.present(motion, found, &condition));
@@ -326,8 +345,13 @@ fn side_effects(found: &States, instances: &[Instance]) -> Vec<SideEffect> {
         for begins in [true, false] {
             let (mut changed, mut of) = (0, 0);
             for instance in instances {
-                let before = instance.count(&instance.before, &condition) > 0;
-                let after = instance.count(&instance.after, &condition) > 0;
+                // What is not seen before or after may have changed at another time.
+                let seen = |scene: &Situation| -> Situation {
+                    let own = scene.iter().enumerate();
+                    own.map(|(i, fact)| fact.filter(|_| !instance.unseen.contains(&i))).collect()
+                };
+                let before = instance.count(&seen(&instance.before), &condition) > 0;
+                let after = instance.count(&seen(&instance.after), &condition) > 0;
                 if before != begins {
                     of += 1;
                     changed += usize::from(after == begins);
