@@ -73,8 +73,8 @@ pub struct Scene {
     wall: Duration,
 }
 
-/// Weight that the arm carries, in newtons. Blocks of 8.6 N were carried with fingers of 10 and 25 N, blocks of 9.9 N with none
-/// of 25 to 100 N.
+/// Weight that the arm carries, in newtons. Blocks of 8.6 N were carried with fingers of 10 and 25 N in four of four demonstrations,
+/// blocks of 9.9 N with fingers of 25, 50 and 100 N in one of six.
 pub const PAYLOAD_N: f64 = 9.0;
 
 impl Scene {
@@ -194,7 +194,7 @@ impl Scene {
         self.parts.get(index).map(|p| pose_of(self.physics.bodies[p.body].position()))
     }
 
-    /// Returns a part's weight in newtons; `None` if there is no such part. Above [`PAYLOAD_N`] the robot cannot carry it.
+    /// Returns a part's weight in newtons; `None` if there is no such part. Above [`PAYLOAD_N`] the robot mostly drops it.
     pub fn weight_n(&self, part: usize) -> Option<f64> {
         let body = &self.physics.bodies[self.parts.get(part)?.body];
         Some(body.mass() * self.physics.gravity.length())
