@@ -14,8 +14,9 @@ mod bank;
 use bank::Bank;
 use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning};
 use symbolt::sim::{
-    Constant, GraphBuilder, Noise, ProbeSpec, RunConfig, Scalar, Seed, SimDuration, Simulator,
-    Synapse, Threads, Timebase, Vector, VocabTag,
+    Add, Constant, GraphBuilder, Interpolation, Noise, ProbeSpec, RunConfig, Scalar, Seed,
+    SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, Vector, VocabTag, WhiteNoise,
+    WhiteSignal,
 };
 use symbolt::spa::{
     AssociativeMemory, Bind, CleanupMemory, Compare, FlowExt, Gate, GoalBuffer, Linear, Routes,
@@ -177,6 +178,21 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
         .otherwise("wait", 0.5, []);
     graph.add("rules", rules);
     graph.probe_spikes("ensemble/neurons");
+    // Every synapse and process.
+    let wave = graph.add("wave", WhiteSignal::vector(3, SimDuration::from_millis(50), 100.0));
+    let white = graph.add("white", WhiteNoise::vector(3));
+    let drift = graph.add("drift", WhiteNoise::vector(3).integrated());
+    let shown = Stimulus::vector(&[0.0; 3]).from(SimDuration::from_millis(9), &[1.0; 3]);
+    let shown = shown.interpolate(Interpolation::Linear).repeat(SimDuration::from_millis(10));
+    let shown = graph.add("shown", shown);
+    let all = graph.add("all", Add::vector(3));
+    let pair = [SimDuration::from_millis(2), SimDuration::from_millis(20)];
+    graph.route((&wave >> &all).via(Synapse::alpha_ms(5)));
+    graph.route((&white >> &all).via(Synapse::triangle_ms(8)));
+    graph.route((&drift >> &all).via(Synapse::delay_ms(4)));
+    graph.route((&shown >> &all).via(Synapse::DoubleExponential { rise: pair[0], decay: pair[1] }));
+    let lead = Synapse::linear(&[0.01, 1.0], &[0.02, 1.0]);
+    graph.probe(&all.output, ProbeSpec::default().filtered(lead));
     graph.probe(&buffer.output, ProbeSpec::default().filtered(Synapse::lowpass_ms(10)));
     graph.probe(&cleanup.items, ProbeSpec::every(SimDuration::from_millis(7)).last(5));
     let graph =

@@ -169,15 +169,15 @@ pub enum BuildError {
         /// Nodes along the loop. The last node repeats the first.
         path: Vec<String>,
     },
-    /// A synapse with a time constant of zero.
-    #[error(
-        "the connection from `{from}` to `{to}` has a time constant of zero; use a longer one, or `Synapse::None`"
-    )]
+    /// A synapse that cannot be made.
+    #[error("the connection from `{from}` to `{to}` has {reason}")]
     BadSynapse {
         /// The source port.
         from: String,
         /// The target port.
         to: String,
+        /// What is wrong with the synapse.
+        reason: SynapseError,
     },
     /// A probe that cannot record.
     #[error("the probe on `{port}` cannot record: {reason}")]
@@ -276,6 +276,56 @@ impl fmt::Display for BuildErrors {
 }
 
 impl std::error::Error for BuildErrors {}
+
+/// Why a synapse cannot be made discrete. Messages continue `the connection has`.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SynapseError {
+    /// A time constant, length or delay of zero.
+    #[error("a time constant of zero; use a longer one, or `Synapse::None`")]
+    ZeroTime,
+    /// A delay that is not a whole number of ticks.
+    #[error("a delay that is not a number of ticks: {0}")]
+    Delay(#[from] ConfigError),
+    /// A delay or triangle over too many ticks.
+    #[error("a synapse of {ticks} ticks; use at most {most}")]
+    TooLong {
+        /// Ticks asked for.
+        ticks: u64,
+        /// Most ticks.
+        most: u64,
+    },
+    /// A linear filter of too high an order.
+    #[error("a linear filter of order {order}; use an order of at most {most}")]
+    Order {
+        /// The order given.
+        order: usize,
+        /// The greatest order.
+        most: usize,
+    },
+    /// A linear filter whose output would depend on derivatives of its input.
+    #[error(
+        "a linear filter with a numerator of order {numerator} above a denominator of order {denominator}; \
+         use a numerator of at most the same order"
+    )]
+    Improper {
+        /// Order of the numerator.
+        numerator: usize,
+        /// Order of the denominator.
+        denominator: usize,
+    },
+    /// A linear filter without a coefficient other than zero.
+    #[error("a linear filter whose {what} has only zeros; give at least one other coefficient")]
+    Zero {
+        /// `numerator` or `denominator`.
+        what: &'static str,
+    },
+    /// A linear filter with coefficients that are not finite, or that grows without bound within a tick.
+    #[error(
+        "a linear filter that is not finite for this length of a tick; use smaller, finite coefficients"
+    )]
+    NotFinite,
+}
 
 /// Why a node cannot complete a tick.
 #[derive(Debug, Clone, PartialEq, Error)]

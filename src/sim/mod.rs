@@ -54,12 +54,26 @@
 //!
 //! Three things delay a value by one tick:
 //!
-//! - A low-pass [`Synapse`] on the connection.
+//! - A [`Synapse`] on the connection; a pure delay by as many ticks as it says.
 //! - A registered output ([`OutputSpec::registered`]). It is written in advance and visible to readers one tick later.
 //! - An input that its node reads in advance only ([`InputSpec::at_advance`]). Its value affects the node's outputs
 //!   from the next tick on.
 //!
 //! Every loop in a graph needs at least one of these delays. `build` reports a loop without delay.
+//!
+//! # Synapses
+//!
+//! A [`Synapse`] on a connection is a filter made discrete exactly: low-pass, alpha, double exponential, triangle, any
+//! linear filter up to order 8, or a pure delay. Connections from one output with equal synapses share one filter. In front
+//! of a probe the same filter shows its output in its own tick, without the tick of a connection. A node can have [`Filter`]s
+//! of its own.
+//!
+//! # Processes
+//!
+//! [`WhiteNoise`] is random in every tick; it may be filtered or integrated, belongs to the run seed and follows the noise
+//! scale of the run. [`WhiteSignal`] is a band-limited signal that repeats; it belongs to the build seed. [`Stimulus`] has
+//! given values at given times, in steps or interpolated, once or again and again. [`Signal`] computes a function of time.
+//! [`Process`] is the trait of further ones that need the length of a tick in advance.
 //!
 //! # Seeds
 //!
@@ -82,7 +96,7 @@
 //!
 //! Connections without a synapse copy nothing: outputs are stored in topological order, so a node reads the outputs of
 //! earlier nodes in place while it writes its own, without `unsafe` code. Connections from one output with the same
-//! time constant share one filter. No tick allocates memory.
+//! synapse share one filter. No tick allocates memory.
 
 mod build;
 mod describe;
@@ -97,6 +111,10 @@ mod unoptimised;
 
 pub use build::graph::{EventSource, Graph, OutputRef};
 pub use describe::builder::{GraphBuilder, Module, Scope};
+pub use describe::filter::Filter;
+pub(crate) use describe::filter::decayed;
+#[cfg(test)]
+pub(crate) use describe::filter::lowpass_decay;
 pub use describe::fingerprint::Fingerprint;
 pub(crate) use describe::handle::PortRef;
 pub use describe::handle::{In, NodePorts, Out, Ports};
@@ -109,12 +127,13 @@ pub use describe::port::{
     AnyInput, AnyOutput, InputSpec, OutputSpec, PortDecl, ScratchSpec, StateSpec,
 };
 pub use describe::probe_spec::{Capacity, ProbeId, ProbeSpec, SpikeProbe};
-pub use describe::synapse::Synapse;
-pub(crate) use describe::synapse::decayed;
-#[cfg(test)]
-pub(crate) use describe::synapse::lowpass_decay;
-pub use error::{BuildError, BuildErrors, NodeFault, SimError, WorldError};
-pub use nodes::{Add, Apply, Constant, Noise, Signal, Stimulus};
+pub use describe::process::Process;
+pub use describe::synapse::{LinearFilter, Synapse};
+pub use error::{BuildError, BuildErrors, NodeFault, SimError, SynapseError, WorldError};
+pub use nodes::{
+    Add, Apply, Constant, Interpolation, Noise, NoiseDistribution, Signal, Stimulus, WhiteNoise,
+    WhiteSignal,
+};
 #[cfg(feature = "mpi")]
 pub use place::ends::Failure;
 #[cfg(feature = "mpi")]

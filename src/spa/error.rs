@@ -57,8 +57,9 @@ pub enum VocabError {
     /// Random vectors that all exceed the similarity ceiling.
     #[error(
         "none of {attempts} random vectors of {dim} dimensions for `{name}` keeps its similarity to the {others} others \
-         within {ceiling}; the best reaches {best:.3} to `{nearest}`; \
-         use more dimensions or a higher ceiling"
+         within {ceiling}; the best reaches {best:.3} to `{nearest}`; about {room} random pointers can; \
+         use more dimensions or a higher ceiling (`max_similarity`), the best of some draws (`or_best_of`), or no \
+         ceiling (`any_similarity`)"
     )]
     TooSimilar {
         /// Name of the pointer that could not be drawn.
@@ -67,6 +68,8 @@ pub enum VocabError {
         dim: usize,
         /// Similarity ceiling.
         ceiling: f32,
+        /// About how many random pointers of so many dimensions keep the ceiling.
+        room: usize,
         /// Number of pointers that the vocabulary already had.
         others: usize,
         /// Number of vectors that were drawn.

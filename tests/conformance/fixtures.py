@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the fixtures of `src/neurons/conformance.rs`: parameters, inputs, spikes and outputs of ensembles, as Nengo
-computes them.
+computes them; and of `tests/engine/synapses.rs`: outputs of synapses and interpolated signals.
 
 Usage: fixtures.py FOLDER             writes the fixtures
        fixtures.py FOLDER --compare   fails if the fixtures in FOLDER differ from what Nengo computes now
@@ -71,12 +71,71 @@ def one(name, seed=7):
     return held
 
 
+# Synapses, by the name that the test knows them by. Times in seconds.
+SYNAPSES = {
+    "lowpass_5ms": nengo.Lowpass(0.005),
+    "lowpass_30ms": nengo.Lowpass(0.03),
+    "lowpass_1s": nengo.Lowpass(1.0),
+    "alpha_5ms": nengo.Alpha(0.005),
+    "alpha_30ms": nengo.Alpha(0.03),
+    "alpha_1s": nengo.Alpha(1.0),
+    "rise_2ms_decay_20ms": nengo.LinearFilter([1], [0.002 * 0.02, 0.022, 1]),
+    "rise_10ms_decay_1s": nengo.LinearFilter([1], [0.01, 1.01, 1]),
+    "triangle_5ms": nengo.synapses.Triangle(0.005),
+    "triangle_30ms": nengo.synapses.Triangle(0.03),
+    "triangle_1s": nengo.synapses.Triangle(1.0),
+    "lead_10ms_20ms": nengo.LinearFilter([0.01, 1], [0.02, 1]),
+    "integrator": nengo.LinearFilter([1], [1, 0]),
+    "gain": nengo.LinearFilter([2], [3]),
+    "damped_5hz": nengo.LinearFilter([2.0, 1000.0], [1.0, 10.0, 1000.0]),
+    "biproper_third": nengo.LinearFilter([1e-6, 2e-4, 0.03, 1], [8e-6, 1.2e-3, 0.06, 1]),
+    "sixth_100ms": nengo.LinearFilter([1], np.poly([-10.0] * 6) / 1e6),
+    "delay_3ms": nengo.LinearFilter([1], [1, 0, 0, 0], analog=False),
+}
+
+
+def told(k):
+    """Returns a step, an impulse and a rough input for tick `k` from 0."""
+    return [1.0, float(k == 0), ((7919 * k * k + 13 * k) % 1009 - 504) / 512]
+
+
+def synapses(steps=3000):
+    """Runs every synapse on a connection and in a probe; ticks 1 to 40, then every 60th."""
+    kept = np.r_[0:40, 59:steps:60]
+    held = {"ticks": kept.astype(np.float64)}
+    with nengo.Network() as net:
+        source = nengo.Node(lambda t: told(int(round(t / DT)) - 1), size_out=3)
+        probes = {}
+        for name, synapse in SYNAPSES.items():
+            relay = nengo.Node(size_in=3)
+            nengo.Connection(source, relay, synapse=synapse)
+            probes[name] = nengo.Probe(relay, synapse=None)
+        probed = nengo.Probe(source, synapse=nengo.Alpha(0.005))
+    with nengo.Simulator(net, dt=DT, progress_bar=False) as sim:
+        sim.run_steps(steps)
+        held.update({name: sim.data[probe][kept] for name, probe in probes.items()})
+        held["probed_alpha_5ms"] = sim.data[probed][kept]
+    return held
+
+
+def interpolations():
+    """Interpolates the same points by every rule that both have; times as the ends of ticks."""
+    points = {0.0: 0.25, 0.05: 1.0, 0.08: -1.0, 0.1: 0.0, 0.131: 0.5, 0.19: 0.3}
+    held = {"times": np.array(list(points)), "values": np.array(list(points.values()))}
+    for rule in ("linear", "nearest", "cubic"):
+        process = nengo.processes.Piecewise(points, interpolation=rule)
+        held[rule] = process.run_steps(189, dt=DT)[:, 0]
+    return held
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     compare = "--compare" in sys.argv[2:]
     bad = 0
-    for name in CASES:
-        path, now = folder / f"{name}.npz", one(name)
+    makers = {name: lambda name=name: one(name) for name in CASES}
+    makers |= {"synapses": synapses, "interpolations": interpolations}
+    for name, make in makers.items():
+        path, now = folder / f"{name}.npz", make()
         if not compare:
             np.savez_compressed(path, **now)
             print(f"{path}: {sum(int(v.sum()) for k, v in now.items() if 'spikes' in k)} spikes")

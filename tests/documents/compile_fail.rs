@@ -50,11 +50,11 @@ mistakes! {
     r#"graph.route(&seen * !Verbs::NUT >> &held);"#
     r#"graph.route(&seen * !Parts::NUT >> &held);"#
 
-    routed_to_another_vocabulary "compile_fail,E0271"
+    routed_to_another_vocabulary "compile_fail,E0277"
     r#"graph.route(&seen >> &verb);"#
     r#"graph.route(&seen >> &held);"#
 
-    routed_by_a_rule "compile_fail,E0271"
+    routed_by_a_rule "compile_fail,E0277"
     r#"graph.add("rules", Rules::new().rule("see", &level, [&seen >> &verb]));"#
     r#"graph.add("rules", Rules::new().rule("see", &level, [&seen >> &held]));"#
 
@@ -108,11 +108,11 @@ mistakes! {
     r#"graph.route(0.5 >> &held.input);"#
     r#"graph.route(0.5 >> &level.input);"#
 
-    scalar_into_a_pointer "compile_fail,E0271"
+    scalar_into_a_pointer "compile_fail,E0277"
     r#"graph.route(seen.dot(&held) >> &held);"#
     r#"graph.route(seen.dot(&held) >> &level);"#
 
-    pointer_into_a_gate "compile_fail,E0271"
+    pointer_into_a_gate "compile_fail,E0277"
     r#"let gate = graph.add("gate", Gate::new(&parts));
     graph.route(&seen >> &gate.open);"#
     r#"let gate = graph.add("gate", Gate::new(&parts));

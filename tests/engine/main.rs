@@ -18,6 +18,8 @@ mod npz;
 mod parallel;
 mod populations;
 mod probes;
+mod processes;
 mod seeds_and_time;
 mod solved;
+mod synapses;
 mod wiring;

@@ -539,3 +539,66 @@ fn values_are_refused_or_read_back_from_their_text() {
     let network = symbolt::spa::ResonatorNetwork::new(&vtb, books).err().unwrap().to_string();
     assert!(network.contains("the binding of VTB does not commute"), "{network}");
 }
+
+#[test]
+fn a_number_flows_into_an_ensemble_of_one_dimension_and_outputs_need_no_ampersand() {
+    let mut graph = GraphBuilder::new();
+    let half = graph.add("half", Constant::scalar(0.5));
+    let a = graph.add(
+        "a",
+        Ensemble::new(1).identity("x").decode("square", 1, |x, out| out[0] = x[0] * x[0]),
+    );
+    let b = graph.add("b", Ensemble::new(1).identity("x"));
+    let sum = graph.add("sum", Add::scalar());
+    graph.route(&half >> &a);
+    graph.route(a.output("square") >> &b);
+    graph.route(2.0 * a.output("x").component(0) + 1.0 >> &sum);
+    // The sum of a number and an output of an ensemble, both by value.
+    let c = graph.add("c", Ensemble::new(1).identity("x"));
+    graph.route(a.output("x") + b.output("x") >> c.input.clone());
+    let d = graph.add("d", Ensemble::new(1).identity("x"));
+    graph.route(&half * &half + 0.25 >> &d);
+    graph.route((0.125 * &half >> &d).via(Synapse::lowpass_ms(5)));
+    // An output is an operand and its methods leave it where it is.
+    let x = b.output("x");
+    let [first, second] = ["first", "second"].map(|name| graph.add(name, Add::scalar()));
+    graph.route(x.component(0) >> &first);
+    graph.route(x.component(0) >> &second);
+    let mut sim = graph.start(&PopulationPlan::direct(), Seed::new(1)).unwrap();
+    sim.run_for(SimDuration::from_millis(100)).unwrap();
+    let near = |out: &[f32], expected: f32| {
+        assert!((out[0] - expected).abs() < 1e-4, "{out:?} {expected}")
+    };
+    near(&sim.value(&a.output("x")), 0.5);
+    near(&sim.value(&b.output("x")), 0.25);
+    near(&sim.value(&c.output("x")), 0.75);
+    near(&sim.value(&d.output("x")), 0.5625);
+    near(&sim.value(&sum.output), 2.0);
+    near(&sim.value(&second.output), 0.25);
+}
+
+#[test]
+fn a_number_into_a_wider_vector_is_told_with_both_ports() {
+    let mut graph = GraphBuilder::new();
+    let half = graph.add("half", Constant::scalar(0.5));
+    let three = graph.add("three", Ensemble::new(3).identity("x"));
+    let pair = graph.add("pair", Add::vector(2));
+    graph.route(&half >> &three);
+    graph.route(2.0 * &half >> &pair);
+    let error = graph
+        .build(Timebase::default(), &PopulationPlan::direct(), Seed::new(1))
+        .expect_err("widths");
+    let texts: Vec<String> = error.0.iter().map(ToString::to_string).collect();
+    assert!(
+        texts
+            .iter()
+            .any(|t| t.starts_with("`half.out` has width 1 but `three/neurons.in` takes width 3")),
+        "{texts:?}"
+    );
+    assert!(
+        texts
+            .iter()
+            .any(|t| t.contains("`to.pair.input/sum.out` has width 1 but `pair.in` takes width 2")),
+        "{texts:?}"
+    );
+}

@@ -5,7 +5,9 @@
 use proptest::prelude::*;
 use symbolt::prelude::{GraphBuilder, PopulationPlan, ProbeSpec, SimDuration};
 use symbolt::sim::{PointerRef, Seed, VocabTag};
-use symbolt::spa::{Algebra, Hrr, VocabError, VocabularyBuilder, cosine_of_slices, dot, norm};
+use symbolt::spa::{
+    Algebra, Hrr, VocabError, Vocabulary, VocabularyBuilder, cosine_of_slices, dot, norm,
+};
 
 struct Things;
 impl VocabTag for Things {
@@ -167,6 +169,75 @@ fn vocabularies_that_cannot_be_are_refused() {
     };
     assert!(best > 0.1 && best < 1.0 && nearest.starts_with('N'));
     assert!(crowded.to_string().contains("use more dimensions or a higher ceiling"));
+}
+
+#[test]
+fn a_vocabulary_that_cannot_be_says_so_soon_and_what_to_do() {
+    let new = |dim, names: usize| {
+        let names = (0..names).map(|n| format!("N{n}"));
+        VocabularyBuilder::<Things>::new(dim, Seed::new(1)).pointers(names)
+    };
+    for (dim, names, least, most) in
+        [(64, 1000, 15, 22), (512, 1500, 300, 500), (1000, 20_000, 4000, 8000)]
+    {
+        let began = std::time::Instant::now();
+        let error = new(dim, names).build().expect_err("too many");
+        let took = began.elapsed().as_secs_f64();
+        eprintln!("{dim} dimensions, {names} names: {took:.2} s; {error}");
+        // About a second each; the bound leaves room for a busy machine.
+        assert!(took < 10.0, "{took} s");
+        let VocabError::TooSimilar { room, .. } = error else { panic!("{error}") };
+        assert!((least..=most).contains(&room), "{dim}: room for {room}");
+        let text = error.to_string();
+        assert!(
+            ["any_similarity", "or_best_of", "max_similarity"].iter().all(|m| text.contains(m)),
+            "{text}"
+        );
+    }
+    // The room is real: four fifths of the pointers can be drawn.
+    assert_eq!(new(64, 14).build().unwrap().len(), 14);
+    assert_eq!(new(256, 60).build().unwrap().len(), 60);
+}
+
+#[test]
+fn the_best_of_some_draws_is_kept_when_asked() {
+    let new = || {
+        VocabularyBuilder::<Things>::new(32, Seed::new(1))
+            .pointers((0..60).map(|n| format!("N{n}")))
+    };
+    let greatest = |vocabulary: &Vocabulary<Things>, of: usize| {
+        let at = |n: usize| vocabulary.get(&format!("N{n}")).unwrap();
+        (0..of).map(|n| dot(&at(n), &at(of)).abs()).fold(0.0, f32::max)
+    };
+    let mean = |vocabulary: &Vocabulary<Things>| {
+        (1..60).map(|of| greatest(vocabulary, of)).sum::<f32>() / 59.0
+    };
+    let [one, ten, many] = [1, 10, 1000].map(|draws| new().or_best_of(draws).build().unwrap());
+    let any = new().any_similarity().build().unwrap();
+    assert!(mean(&many) < mean(&ten) - 0.03 && mean(&ten) < mean(&one) - 0.03);
+    // One draw is the first draw, and a name that keeps the ceiling has the vector that it has without the setting.
+    assert_eq!(one.get("N59").unwrap().to_vec(), any.get("N59").unwrap().to_vec());
+    let few = || VocabularyBuilder::<Things>::new(256, Seed::new(1)).pointers(["A", "B", "C", "D"]);
+    let (with, without) = (few().or_best_of(20_000).build().unwrap(), few().build().unwrap());
+    assert_eq!(with.get("D").unwrap().to_vec(), without.get("D").unwrap().to_vec());
+    // A vocabulary that grows keeps the setting.
+    let grown = ten.grow().pointers((60..80).map(|n| format!("N{n}"))).build().unwrap();
+    assert_eq!(grown.len(), 80);
+    assert_eq!(new().or_best_of(0).build().unwrap().len(), 60);
+}
+
+#[test]
+fn zero_is_the_zero_vector() {
+    let things = VocabularyBuilder::<Things>::new(16, Seed::new(1))
+        .pointer("A")
+        .define("NOTHING", "0")
+        .build()
+        .unwrap();
+    for text in ["0", " 0 ", "0.0", "-0", "0 * 3", "2 - 2"] {
+        assert_eq!(things.parse(text).unwrap().to_vec(), vec![0.0; 16], "{text}");
+    }
+    assert_eq!(things.get("NOTHING").unwrap().to_vec(), vec![0.0; 16]);
+    assert!(things.parse("1").is_err() && things.parse("A + 1").is_err());
 }
 
 #[test]

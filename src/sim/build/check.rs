@@ -8,6 +8,7 @@ use super::graph::Graph;
 use super::layout::{self, Checked, CheckedNode};
 use crate::sim::describe::builder::GraphBuilder;
 use crate::sim::describe::draft::{Body, Draft, Edge, NodeDraft};
+use crate::sim::describe::filter::Filter;
 use crate::sim::describe::fingerprint::Fingerprint;
 use crate::sim::describe::kind::Shape;
 use crate::sim::describe::lowering::{Lowering, PendingLayer};
@@ -17,7 +18,7 @@ use crate::sim::describe::probe_spec::Capacity;
 use crate::sim::describe::synapse::Synapse;
 use crate::sim::error::{BuildError, BuildErrors};
 use crate::sim::seed::Seed;
-use crate::sim::time::{SimDuration, Timebase};
+use crate::sim::time::Timebase;
 
 impl GraphBuilder {
     /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
@@ -85,7 +86,7 @@ fn freeze(
         });
     }
     let lowered = lower(&draft.nodes, plan, time, seed, &mut faults);
-    check_edges(&draft.nodes, &draft.edges, &mut faults);
+    check_edges(&draft.nodes, &draft.edges, time, &mut faults);
     check_arity(&draft, &mut faults);
     check_probes(&draft, time, &mut faults);
 
@@ -94,6 +95,18 @@ fn freeze(
     for node in draft.nodes {
         let (body, ports, world): (Arc<dyn Node>, PortDecl, bool) = match node.body {
             Body::Node(body) => (body, node.ports, false),
+            Body::Process(process) => {
+                match process.make(time, seed.derive(&node.path, "process")) {
+                    Ok(body) => {
+                        let (body, ports) = adopt(body, &node.ports, &node.path, &mut faults);
+                        (body, ports, false)
+                    }
+                    Err(reason) => {
+                        faults.push(BuildError::Refused { node: node.path.clone(), reason });
+                        (Arc::new(Absent), node.ports, false)
+                    }
+                }
+            }
             Body::World(link) => (link, node.ports, true),
             Body::Layer(_) => match lowered.next() {
                 Some((body, ports)) => (body, ports, false),
@@ -166,15 +179,8 @@ fn sort_by_path(draft: &mut Draft) -> Vec<usize> {
     for node in &mut draft.spike_probes {
         *node = place[*node];
     }
-    draft.edges.sort_by_key(|e| (e.to, e.from, synapse_key(e.via)));
+    draft.edges.sort_by_key(|e| (e.to, e.from, e.via.order()));
     place
-}
-
-fn synapse_key(via: Synapse) -> Option<SimDuration> {
-    match via {
-        Synapse::None => None,
-        Synapse::Lowpass { tau } => Some(tau),
-    }
 }
 
 type LoweredNode = (Arc<dyn Node>, PortDecl);
@@ -223,25 +229,34 @@ fn lower(
     assert!(bodies.len() == layers.len(), "a lowering returns one node for each request");
     let mut out = Vec::with_capacity(bodies.len());
     for ((body, layer), asked) in bodies.into_iter().zip(&layers).zip(asked) {
-        let mut ports = PortDecl::default();
-        body.declare(&mut ports);
-        assert!(
-            ports.same_ports(asked),
-            "the lowering changed the ports of `{}`; a layer's ports are the same in every mode",
-            layer.path
-        );
-        for reason in &ports.faults {
-            faults.push(BuildError::Refused { node: layer.path.into(), reason: reason.clone() });
-        }
-        // A layer needs the same synapses in every mode.
-        for (now, asked) in ports.outputs.iter_mut().zip(&asked.outputs) {
-            now.spec.filtered_only = asked.spec.filtered_only;
-            now.exposed = asked.exposed.clone();
-            now.inner = asked.inner.clone();
-        }
-        out.push((body.into(), ports));
+        out.push(adopt(body, asked, layer.path, faults));
     }
     out
+}
+
+/// Takes a node that was made for these ports.
+fn adopt(
+    body: Box<dyn Node>,
+    asked: &PortDecl,
+    path: &str,
+    faults: &mut Vec<BuildError>,
+) -> LoweredNode {
+    let mut ports = PortDecl::default();
+    body.declare(&mut ports);
+    assert!(
+        ports.same_ports(asked),
+        "the ports of `{path}` changed when the graph was built; they are the same in every mode"
+    );
+    for reason in &ports.faults {
+        faults.push(BuildError::Refused { node: path.into(), reason: reason.clone() });
+    }
+    // A layer needs the same synapses in every mode.
+    for (now, asked) in ports.outputs.iter_mut().zip(&asked.outputs) {
+        now.spec.filtered_only = asked.spec.filtered_only;
+        now.exposed = asked.exposed.clone();
+        now.inner = asked.inner.clone();
+    }
+    (body.into(), ports)
 }
 
 /// The name of an input in messages: the exposed name, or node path and port name.
@@ -286,7 +301,7 @@ fn fitting_outputs(nodes: &[NodeDraft], input: &InputDecl, name: &str) -> Vec<St
     found
 }
 
-fn check_edges(nodes: &[NodeDraft], edges: &[Edge], faults: &mut Vec<BuildError>) {
+fn check_edges(nodes: &[NodeDraft], edges: &[Edge], time: Timebase, faults: &mut Vec<BuildError>) {
     let fed: Vec<(usize, usize)> = edges.iter().map(|e| e.to).collect();
     for edge in edges {
         let (from_node, to_node) = (&nodes[edge.from.0], &nodes[edge.to.0]);
@@ -323,14 +338,10 @@ fn check_edges(nodes: &[NodeDraft], edges: &[Edge], faults: &mut Vec<BuildError>
                 outputs: fitting_outputs(nodes, input, &to),
             });
         }
-        match edge.via {
-            Synapse::Lowpass { tau } if tau.is_zero() => {
-                faults.push(BuildError::BadSynapse { from, to });
-            }
-            Synapse::None if output.filtered_only => {
-                faults.push(BuildError::Unfiltered { from, to });
-            }
-            _ => {}
+        if let Err(reason) = Filter::of_connection(edge.via, time) {
+            faults.push(BuildError::BadSynapse { from, to, reason });
+        } else if edge.via == Synapse::None && output.filtered_only {
+            faults.push(BuildError::Unfiltered { from, to });
         }
     }
 }
@@ -374,10 +385,8 @@ fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
             let reason = "its capacity is 0 samples; use at least 1".into();
             faults.push(BuildError::BadProbe { port: port.clone(), reason });
         }
-        if matches!(probe.spec.filter, Synapse::Lowpass { tau } if tau.is_zero()) {
-            let reason =
-                "its filter has a time constant of zero; use a longer one, or `Synapse::None`"
-                    .into();
+        if let Err(wrong) = Filter::new(probe.spec.filter, time) {
+            let reason = format!("its filter has {wrong}");
             faults.push(BuildError::BadProbe { port, reason });
         }
     }

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use crate::sim::describe::draft::Edge;
+use crate::sim::describe::filter::Filter;
 use crate::sim::describe::handle::{Out, PortRef};
 use crate::sim::describe::io::{OutSlot, Slot};
 use crate::sim::describe::kind::Kind;
@@ -20,7 +21,7 @@ use crate::sim::seed::Seed;
 use crate::sim::time::Timebase;
 
 /// The values that a filter or probe reads: signals of this tick, or registered outputs that were just written.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Source {
     Signal(Span),
     Registered(Span),
@@ -34,11 +35,12 @@ pub(crate) struct GatherPlan {
     pub sources: Span,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct FilterPlan {
     pub source: Source,
+    /// The state, which begins with the output.
     pub held: Span,
-    pub decay: f32,
+    pub filter: Filter,
 }
 
 /// Information about a node that a tick does not need.
@@ -107,8 +109,8 @@ pub(crate) struct PhasePlan {
 pub(crate) struct ProbePlan {
     pub source: Source,
     pub period_ticks: u64,
-    pub decay: Option<f32>,
-    pub filter: Span,
+    pub filter: Option<Filter>,
+    pub state: Span,
     pub capacity: Capacity,
     pub node: usize,
     pub output: usize,
@@ -280,8 +282,8 @@ impl Graph {
     }
 
     /// Returns the graph in the DOT language of Graphviz. Nodes are boxes with their output width, modules are
-    /// clusters, and connections are labelled with their ports and time constants. A dashed connection delays by one
-    /// tick.
+    /// clusters, and connections are labelled with their ports and synapses; a low-pass is its time constant. A dashed
+    /// connection delays by one tick, or as long as its label says.
     pub fn to_dot(&self) -> String {
         let mut by_path: Vec<usize> = (0..self.nodes.len()).collect();
         by_path.sort_by(|a, b| self.nodes[*a].path.cmp(&self.nodes[*b].path));
@@ -315,9 +317,9 @@ impl Graph {
             let output = &self.nodes[edge.from.0].ports.outputs[edge.from.1];
             let input = &self.nodes[edge.to.0].ports.inputs[edge.to.1];
             let (label, style) = match edge.via {
-                Synapse::Lowpass { tau } => (format!(" {tau}"), "dashed"),
                 Synapse::None if output.registered => (String::new(), "dashed"),
                 Synapse::None => (String::new(), "solid"),
+                via => (format!(" {via}"), "dashed"),
             };
             let _ = writeln!(
                 dot,

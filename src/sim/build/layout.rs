@@ -8,17 +8,18 @@ use super::graph::{
     WorldPlan,
 };
 use crate::sim::describe::draft::{Edge, ProbeDraft};
+use crate::sim::describe::filter::Filter;
 use crate::sim::describe::fingerprint::Fingerprint;
 use crate::sim::describe::io::{OutSlot, Slot};
 use crate::sim::describe::node::Node;
 use crate::sim::describe::parts::Parts;
 use crate::sim::describe::port::{PortDecl, ScratchSpec, StateSpec};
-use crate::sim::describe::synapse::{Synapse, lowpass_decay};
+use crate::sim::describe::synapse::Synapse;
 use crate::sim::error::BuildError;
 use crate::sim::place::ranks::Ranks;
 use crate::sim::real::Span;
 use crate::sim::seed::Seed;
-use crate::sim::time::{SimDuration, Timebase};
+use crate::sim::time::Timebase;
 
 /// A node that passed the checks.
 pub(crate) struct CheckedNode {
@@ -187,11 +188,11 @@ struct Wires {
 }
 
 impl Wires {
-    /// Connections from one output with the same time constant share a filter.
+    /// Connections from one output with the same synapse share a filter.
     fn of(checked: &Checked, places: &Places) -> Self {
         let mut held = Cursor(places.registered.0);
         let mut filters: Vec<FilterPlan> = Vec::new();
-        let mut shared: HashMap<((usize, usize), SimDuration), usize> = HashMap::new();
+        let mut shared: HashMap<(usize, usize), Vec<(Synapse, Span)>> = HashMap::new();
         let mut sources: Vec<Vec<Vec<Slot>>> =
             checked.nodes.iter().map(|n| vec![Vec::new(); n.ports.inputs.len()]).collect();
         for edge in &checked.edges {
@@ -199,16 +200,19 @@ impl Wires {
             let slot = match edge.via {
                 Synapse::None if out.registered => Slot::Held(out.span),
                 Synapse::None => Slot::Signal(out.span),
-                Synapse::Lowpass { tau } => {
-                    let index = *shared.entry((edge.from, tau)).or_insert_with(|| {
-                        filters.push(FilterPlan {
-                            source: Source::of(out),
-                            held: held.take(out.span.len()),
-                            decay: lowpass_decay(tau, checked.time.dt_s()),
-                        });
-                        filters.len() - 1
-                    });
-                    Slot::Held(filters[index].held)
+                via => {
+                    let others = shared.entry(edge.from).or_default();
+                    let equal = others.iter().find(|(synapse, _)| *synapse == via);
+                    Slot::Held(equal.map(|(_, output)| *output).unwrap_or_else(|| {
+                        let (width, source) = (out.span.len() as u32, Source::of(out));
+                        // The checks have made it before.
+                        let filter = Filter::of_connection(via, checked.time).unwrap_or_default();
+                        let held = held.take(filter.state_len(out.span.len()));
+                        let output = Span { start: held.start, end: held.start + width };
+                        filters.push(FilterPlan { source, held, filter });
+                        others.push((via, output));
+                        output
+                    }))
                 }
             };
             sources[edge.to.0][edge.to.1].push(slot);
@@ -408,14 +412,17 @@ fn probe_plans(
 ) -> Vec<ProbePlan> {
     let plan = |probe: &ProbeDraft| {
         let out = places.outs[probe.of.0][probe.of.1];
+        let filter = match probe.spec.filter {
+            Synapse::None => None,
+            synapse => Filter::new(synapse, time).ok(),
+        };
         ProbePlan {
             source: Source::of(out),
             period_ticks: time.ticks(probe.spec.period).unwrap_or(1).max(1),
-            decay: probe.spec.filter.decay(time.dt_s()),
-            filter: match probe.spec.filter {
-                Synapse::None => Span::default(),
-                Synapse::Lowpass { .. } => filters.take(out.span.len()),
-            },
+            state: filter.as_ref().map_or_else(Span::default, |filter| {
+                filters.take(filter.state_len(out.span.len()))
+            }),
+            filter,
             capacity: probe.spec.capacity,
             node: rank[probe.of.0],
             output: probe.of.1,
@@ -453,19 +460,15 @@ fn fingerprint(checked: &Checked) -> u64 {
         }
         node.body.fingerprint(&mut hash);
     }
-    let synapse = |hash: &mut Fingerprint, via: Synapse| match via {
-        Synapse::None => hash.number(0).value(),
-        Synapse::Lowpass { tau } => hash.number(1).number(tau.as_micros()).value(),
-    };
     for edge in &checked.edges {
         for number in [edge.from.0, edge.from.1, edge.to.0, edge.to.1] {
             hash.number(number as u64);
         }
-        synapse(&mut hash, edge.via);
+        edge.via.fingerprint(&mut hash);
     }
     for probe in &checked.probes {
         hash.number(probe.of.0 as u64).number(probe.of.1 as u64);
-        synapse(&mut hash, probe.spec.filter);
+        probe.spec.filter.fingerprint(&mut hash);
     }
     for node in &checked.spike_probes {
         hash.number(*node as u64);

@@ -13,6 +13,7 @@ use super::lowering::LayerRequest;
 use super::node::Node;
 use super::port::{PortDecl, is_port_name};
 use super::probe_spec::{ProbeId, ProbeSpec, SpikeProbe};
+use super::process::Process;
 use super::synapse::Synapse;
 use crate::sim::error::BuildError;
 
@@ -261,6 +262,19 @@ impl Scope<'_> {
     pub fn leaf(&mut self, node: impl Node + 'static) -> NodePorts {
         let mut ports = PortDecl::default();
         node.declare(&mut ports);
+        self.push_here(Body::Node(Arc::new(node)), ports)
+    }
+
+    /// Adds a process at the scope's own path, for a module that is a single node.
+    #[track_caller]
+    pub fn process(&mut self, process: impl Process) -> NodePorts {
+        let mut ports = PortDecl::default();
+        process.declare(&mut ports);
+        self.push_here(Body::Process(Arc::new(process)), ports)
+    }
+
+    #[track_caller]
+    fn push_here(&mut self, body: Body, ports: PortDecl) -> NodePorts {
         let draft = &mut self.builder.draft;
         let here = Location::caller();
         if let Some(first) = draft.leaves.insert(self.path.clone(), here)
@@ -268,7 +282,7 @@ impl Scope<'_> {
         {
             draft.faults.push(added_twice(&self.path, first, here));
         }
-        self.push_at(self.path.clone(), Body::Node(Arc::new(node)), ports)
+        self.push_at(self.path.clone(), body, ports)
     }
 
     /// Requests a layer. The plan turns it into a node when the graph is built.

@@ -8,6 +8,7 @@ use super::lowering::LayerRequest;
 use super::node::Node;
 use super::port::PortDecl;
 use super::probe_spec::ProbeSpec;
+use super::process::Process;
 use super::synapse::Synapse;
 use crate::sim::error::BuildError;
 
@@ -31,11 +32,13 @@ pub(crate) struct Draft {
     pub faults: Vec<BuildError>,
 }
 
-/// The body of a described node: a finished node, a layer that the plan turns into a node, or the link to the world.
+/// The body of a described node: a finished node, a process that is made when the graph is built, a layer that the plan
+/// turns into a node, or the link to the world.
 /// The graphs of one description share it.
 #[derive(Clone)]
 pub(crate) enum Body {
     Node(Arc<dyn Node>),
+    Process(Arc<dyn Process>),
     Layer(Arc<dyn LayerRequest>),
     World(Arc<dyn Node>),
 }

@@ -41,7 +41,7 @@ pub(in crate::sim) fn layer(nodes: &[NodeDraft], path: &str) -> Result<usize, Bu
     let fires = |node: &NodeDraft| match &node.body {
         Body::Layer(_) => true,
         Body::Node(node) => node.units() > 0,
-        Body::World(_) => false,
+        Body::Process(_) | Body::World(_) => false,
     };
     if let Some(index) = nodes.iter().position(|node| node.path == path && fires(node)) {
         return Ok(index);

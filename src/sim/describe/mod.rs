@@ -2,6 +2,7 @@
 
 pub(super) mod builder;
 pub(super) mod draft;
+pub(super) mod filter;
 pub(super) mod find;
 pub(super) mod fingerprint;
 pub(super) mod handle;
@@ -12,4 +13,5 @@ pub(super) mod node;
 pub(super) mod parts;
 pub(super) mod port;
 pub(super) mod probe_spec;
+pub(super) mod process;
 pub(super) mod synapse;

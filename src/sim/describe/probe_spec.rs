@@ -21,7 +21,8 @@ pub enum Capacity {
 pub struct ProbeSpec {
     /// Simulated time between samples, a whole number of ticks. Zero means one sample per tick.
     pub period: SimDuration,
-    /// Filter in front of the probe, updated in every tick.
+    /// Filter in front of the probe, updated in every tick. The sample of a tick includes the value of that tick; the same
+    /// synapse on a connection hands it on one tick later.
     pub filter: Synapse,
     /// Number of samples to keep.
     pub capacity: Capacity,
@@ -33,7 +34,7 @@ impl ProbeSpec {
         Self { period, ..Self::default() }
     }
 
-    /// Filters the value before it is sampled.
+    /// Filters the value before it is sampled, without the tick that a connection adds.
     pub fn filtered(mut self, filter: Synapse) -> Self {
         self.filter = filter;
         self

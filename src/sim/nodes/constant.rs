@@ -76,6 +76,6 @@ impl<K: Kind> Module for Constant<K> {
     type Ports = Out<K>;
 
     fn expand(self, scope: &mut Scope<'_>) -> Out<K> {
-        Stimulus::resting(self.spec, self.values).expand(scope)
+        Stimulus::new(self.spec, self.values).expand(scope)
     }
 }

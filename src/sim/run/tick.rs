@@ -14,7 +14,6 @@ use crate::sim::build::graph::{Graph, Source};
 use crate::sim::describe::io::{
     AdvanceIo, EmitIo, Inputs, Outputs, ScratchArena, Slot, StateMut, StateRef,
 };
-use crate::sim::describe::synapse::latch;
 use crate::sim::error::{NodeFault, SimError};
 use crate::sim::real::{Real, Span};
 use crate::sim::seed::Seed;
@@ -95,14 +94,14 @@ impl Simulator {
                 Source::Signal(span) => &arenas.stage.signals[span.of()],
                 Source::Registered(span) => &arenas.registered[span.of()],
             };
-            latch(filter.decay, input, &mut arenas.stage.held[filter.held.of()]);
+            filter.filter.step(input, &mut arenas.stage.held[filter.held.of()]);
         }
         if !arenas.all_finite() {
             return Err(self.blame_non_finite());
         }
         self.step_world()?;
         self.arenas.commit_registered();
-        self.sample_probes();
+        self.sample_probes()?;
         self.tick += 1;
         Ok(())
     }
@@ -140,7 +139,7 @@ impl Simulator {
         if sensed.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(self.blame_non_finite()) }
     }
 
-    fn sample_probes(&mut self) {
+    fn sample_probes(&mut self) -> Result<(), SimError> {
         let end = self.tick + 1;
         for (node, recording) in self.graph.spike_probes.iter().zip(&mut self.spikes) {
             if recording.units > 0 {
@@ -166,11 +165,14 @@ impl Simulator {
                 Source::Signal(span) => &self.arenas.stage.signals[span.of()],
                 Source::Registered(span) => &self.arenas.registered[span.of()],
             };
-            let value = match plan.decay {
-                Some(decay) => {
-                    let filtered = &mut self.arenas.probe_filters[plan.filter.of()];
-                    latch(decay, raw, filtered);
-                    &*filtered
+            let value = match &plan.filter {
+                Some(filter) => {
+                    let state = &mut self.arenas.probe_filters[plan.state.of()];
+                    let value = filter.step(raw, state);
+                    if !filter.is_bounded() && !value.iter().all(|v| v.is_finite()) {
+                        return Err(self.graph.not_finite(plan.source, self.tick));
+                    }
+                    value
                 }
                 None => raw,
             };
@@ -178,6 +180,7 @@ impl Simulator {
                 recording.push(end, value, plan.capacity);
             }
         }
+        Ok(())
     }
 
     /// Returns an error that names the first output with an infinite value or a value that is not a number.
@@ -200,17 +203,29 @@ impl Simulator {
                 }
             }
         }
-        // All outputs are finite, but values near the largest float can still overflow in a filter.
-        SimError::NonFinite {
-            path: "a connection".into(),
-            port: "filter".into(),
-            value: f32::NAN,
-            tick,
-        }
+        // All outputs are finite, but an unstable filter grows, and values near the largest float can overflow in one.
+        let held = &self.arenas.stage.held;
+        let bad = |of: Span| held[of.of()].iter().any(|v| !v.is_finite());
+        let filter = self.graph.filters.iter().find(|filter| bad(filter.held));
+        self.graph.not_finite(filter.map_or(Source::Signal(Span::default()), |f| f.source), tick)
     }
 }
 
 impl Graph {
+    /// Returns an error that names the output whose filter has an infinite value.
+    fn not_finite(&self, source: Source, tick: u64) -> SimError {
+        let ports = self.nodes.iter().flat_map(|node| {
+            let outs = node.outs.iter().zip(&node.ports.outputs);
+            outs.map(move |(out, decl)| (Source::of(*out), &node.path, &decl.name))
+        });
+        let named = ports.into_iter().find(|(own, ..)| *own == source);
+        let (path, port) = named.map_or_else(
+            || ("a connection".into(), "filter".into()),
+            |(_, path, port)| (path.clone(), format!("{port} (filtered)")),
+        );
+        SimError::NonFinite { path, port, value: f32::INFINITY, tick }
+    }
+
     /// Advances all nodes without parts.
     fn advance(&self, stage: &Stage, rest: Rest<'_>) -> Result<(), (usize, NodeFault)> {
         let (bodies, slots, outs) = (&self.bodies[..], &self.slots[..], &self.outs[..]);

@@ -169,6 +169,16 @@ impl<V: VocabTag> Flow<Pointer<V>> {
 }
 
 impl Flow<Scalar> {
+    /// Makes a vector of one component of the number, with the same outputs.
+    pub(super) fn as_vector(self) -> Flow<Vector> {
+        let Self { text, level, leaves, lower, .. } = self;
+        Flow::new(text, level, (vec![Source::Shape(1)], leaves), move |cx, _| {
+            let Sum { constant, terms } = lower(cx, &());
+            let terms = terms.into_iter().map(|(out, weight)| (Out::new(out.port), weight));
+            Sum { constant, terms: terms.collect() }
+        })
+    }
+
     /// Makes an expression of a constant number.
     pub fn number(value: Real) -> Self {
         Self::fixed(vec![value], value.to_string())

@@ -1,7 +1,7 @@
 //! Expressions over modules: `vision * !role >> state` instead of modules and connections.
 //!
-//! Every module with one output is an operand, and so are [outputs](crate::sim::Out) of every kind, pointers of a vocabulary and
-//! numbers. The operators build a [`Flow`]; `>>` routes it into an input, and [`Routes::route`] adds it to a graph.
+//! Every module with one output is an operand, and so are [outputs](crate::sim::Out) of every kind, such as `a.output("x")`,
+//! pointers of a vocabulary and numbers. The operators build a [`Flow`]; `>>` routes it into an input, and [`Routes::route`] adds it to a graph.
 //!
 //! | expression | meaning | becomes |
 //! |---|---|---|
@@ -15,7 +15,7 @@
 //! | `a.slice(0..2)`, `a.component(1)` | parts of a vector or pointer | a linear node |
 //! | `a.reinterpret(&vocabulary)` | the same numbers as a pointer | a linear node |
 //! | `a.translate(&vocabulary)` | the pointer of the same name in another vocabulary | a linear node |
-//! | `flow >> &c` | routing into the input of `c` | a connection |
+//! | `flow >> &c` | routing into the input of `c`; a number also into a vector of width 1 | a connection |
 //!
 //! `>>` binds more loosely than `+` and `*`, so expressions need no parentheses in front of it. Clippy's style lint
 //! `precedence` asks for them all the same; `#![allow(clippy::precedence)]` silences it. Constant parts are computed when
@@ -77,6 +77,8 @@ pub use kinds::FlowKind;
 pub use operators::{Invertible, Times};
 #[doc(hidden)]
 pub use operators::{flow_operators, flow_ports};
-pub use route::{Route, Routes, Sink};
+pub use route::{FlowsInto, Route, Routes, Sink};
 pub use rules::{Rule, Rules, RulesPorts};
+#[doc(hidden)]
+pub use transforms::Chained;
 pub use transforms::FlowExt;

@@ -20,6 +20,7 @@ flow_ports!(@input [] EnsemblePorts, Vector);
 
 flow_operators!([K: FlowKind,] Flow<K> => K);
 flow_operators!(['o, K: FlowKind,] &'o Out<K> => K);
+flow_operators!(@plain [K: FlowKind,] Out<K> => K);
 flow_operators!(['o, V: VocabTag,] PointerRef<'o, V> => Pointer<V>);
 flow_operators!(['o, V: VocabTag,] &'o PointerValue<V> => Pointer<V>);
 flow_operators!([V: VocabTag,] PointerValue<V> => Pointer<V>);
@@ -30,6 +31,14 @@ impl<K: FlowKind> IntoFlow for &Out<K> {
 
     fn into_flow(self) -> Flow<K> {
         Flow::output(self)
+    }
+}
+
+impl<K: FlowKind> IntoFlow for Out<K> {
+    type Kind = K;
+
+    fn into_flow(self) -> Flow<K> {
+        Flow::output(&self)
     }
 }
 

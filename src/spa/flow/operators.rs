@@ -94,6 +94,11 @@ impl<V: VocabTag> Invertible for Pointer<V> {
 #[macro_export]
 macro_rules! flow_operators {
     ([$($generics:tt)*] $operand:ty => $kind:ty) => {
+        impl<$($generics)*> $crate::spa::flow::Chained for $operand {}
+
+        $crate::spa::flow::flow_operators!(@plain [$($generics)*] $operand => $kind);
+    };
+    (@plain [$($generics:tt)*] $operand:ty => $kind:ty) => {
         impl<$($generics)* Right: $crate::spa::flow::IntoFlow> ::std::ops::Mul<Right> for $operand
         where
             $kind: $crate::spa::flow::Times<Right::Kind>,
@@ -184,12 +189,15 @@ macro_rules! flow_operators {
 
         impl<$($generics)* Target> ::std::ops::Shr<Target> for $operand
         where
-            Target: $crate::spa::flow::Sink<Kind = $kind>,
+            Target: $crate::spa::flow::Sink,
+            $kind: $crate::spa::flow::FlowsInto<Target::Kind>,
         {
             type Output = $crate::spa::flow::Route;
 
             fn shr(self, to: Target) -> Self::Output {
-                $crate::spa::flow::Route::new($crate::spa::flow::IntoFlow::into_flow(self), to.sink())
+                let flow = $crate::spa::flow::IntoFlow::into_flow(self);
+                let flow = <$kind as $crate::spa::flow::FlowsInto<Target::Kind>>::convert(flow);
+                $crate::spa::flow::Route::new(flow, to.sink())
             }
         }
     };

@@ -3,7 +3,9 @@
 use super::expression::{Flow, Source};
 use super::kinds::{FlowKind, Gates};
 use super::lower::{Lowerer, Sum};
-use crate::sim::{GraphBuilder, In, InputSpec, Module, Out, PortRef, Scalar, Scope, Synapse};
+use crate::sim::{
+    GraphBuilder, In, InputSpec, Module, Out, PortRef, Scalar, Scope, Synapse, Vector,
+};
 use crate::spa::modules::{FEED_FORWARD, WeightedRows};
 
 /// Something with one input: a target of `>>`.
@@ -20,6 +22,36 @@ impl<K: FlowKind> Sink for &In<K> {
 
     fn sink(&self) -> In<K> {
         (*self).clone()
+    }
+}
+
+impl<K: FlowKind> Sink for In<K> {
+    type Kind = K;
+
+    fn sink(&self) -> In<K> {
+        self.clone()
+    }
+}
+
+/// A kind of value that flows into inputs of kind `T`: every kind into its own, and a number into a vector of one component.
+/// `build` reports a vector of another width.
+#[diagnostic::on_unimplemented(
+    message = "a value of kind `{Self}` does not flow into an input of kind `{T}`"
+)]
+pub trait FlowsInto<T: FlowKind>: FlowKind {
+    #[doc(hidden)]
+    fn convert(flow: Flow<Self>) -> Flow<T>;
+}
+
+impl<K: FlowKind> FlowsInto<K> for K {
+    fn convert(flow: Flow<K>) -> Flow<K> {
+        flow
+    }
+}
+
+impl FlowsInto<Vector> for Scalar {
+    fn convert(flow: Flow<Scalar>) -> Flow<Vector> {
+        flow.as_vector()
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::expression::{Flow, IntoFlow, Level, Source};
 use super::kinds::FlowKind;
 use super::lower::{Lowerer, Sum};
-use crate::sim::{Pointer, Real, Scalar, Space, Vector, VocabTag};
+use crate::sim::{Pointer, PointerRef, Real, Scalar, Space, Vector, VocabTag};
 use crate::spa::algebra::LinearMap;
 use crate::spa::modules::{Rows, Slice, Spread};
 use crate::spa::vocabulary::Vocabulary;
@@ -81,7 +81,15 @@ pub trait FlowExt: IntoFlow + Sized {
     }
 }
 
-impl<T: IntoFlow> FlowExt for T {}
+impl<T: Chained> FlowExt for T {}
+
+/// Operands that have [`FlowExt`]: all but outputs by value, so that a method leaves an output where it is.
+#[doc(hidden)]
+pub trait Chained: IntoFlow {}
+
+impl Chained for Real {}
+impl<const N: usize> Chained for [Real; N] {}
+impl<V: VocabTag> Chained for &PointerRef<'_, V> {}
 
 /// Makes the expression of a linear map of another expression. `map` gets the width of its input, and refuses a wrong
 /// one with a reason.

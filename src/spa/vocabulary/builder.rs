@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use super::room::Room;
 use super::{Content, Vocabulary, check_vector, random_pointer};
 use crate::sim::{AsPointer, Fingerprint, Real, Seed, VocabTag};
 use crate::spa::algebra::{Algebra, Hrr, Workspace, dot, normalize};
@@ -13,7 +14,7 @@ use crate::spa::frame::tight_frame;
 
 /// Greatest number of vectors drawn for one name. If none of them keeps the similarity ceiling, the ceiling counts as
 /// unreachable.
-const MAX_ATTEMPTS: u64 = 20_000;
+pub(super) const MAX_ATTEMPTS: u64 = 20_000;
 
 enum Entry {
     Random,
@@ -58,6 +59,7 @@ pub struct VocabularyBuilder<V: VocabTag> {
     seed: Seed,
     algebra: Arc<dyn Algebra>,
     ceiling: Option<Real>,
+    best_of: Option<u64>,
     entries: Vec<(String, Entry)>,
     frames: Vec<Frame>,
     /// Identity of the space and the pointers of the vocabulary that grows.
@@ -74,6 +76,7 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             seed,
             algebra: Arc::new(Hrr),
             ceiling: Some(0.1),
+            best_of: None,
             entries: Vec::new(),
             frames: Vec::new(),
             base: None,
@@ -85,7 +88,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     pub(super) fn from_base(id: u64, content: &Content) -> Self {
         let base = Some((id, content.clone()));
         let algebra = content.algebra.clone();
-        Self { algebra, ceiling: content.ceiling, base, ..Self::new(content.dim, content.seed) }
+        let (ceiling, best_of) = (content.ceiling, content.best_of);
+        Self { algebra, ceiling, best_of, base, ..Self::new(content.dim, content.seed) }
     }
 
     /// Sets the algebra. The default is [`Hrr`].
@@ -104,6 +108,24 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     /// Removes the similarity ceiling: the first vector drawn for a name is taken.
     pub fn any_similarity(mut self) -> Self {
         self.ceiling = None;
+        self
+    }
+
+    /// Draws at most `draws` vectors for a name, at least one. If none of them keeps the ceiling, the one is taken whose
+    /// greatest similarity to the pointers before it is least. A vocabulary of any size can then be built.
+    ///
+    /// ```
+    /// # use symbolt::prelude::*;
+    /// # struct Things;
+    /// # impl VocabTag for Things { const NAME: &'static str = "things"; }
+    /// let names = || (0..100).map(|n| format!("N{n}"));
+    /// let new = || VocabularyBuilder::<Things>::new(32, Seed::new(1)).pointers(names());
+    /// assert!(new().build().is_err());
+    /// assert_eq!(new().or_best_of(100).build()?.len(), 100);
+    /// # Ok::<(), symbolt::spa::VocabError>(())
+    /// ```
+    pub fn or_best_of(mut self, draws: u64) -> Self {
+        self.best_of = Some(draws.max(1));
         self
     }
 
@@ -226,12 +248,14 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     ///
     /// The vectors drawn for a name depend on the seed, the tag of the vocabulary, the dimension and the name. `build`
     /// takes the first vector within the similarity ceiling, so the result also depends on the names added before.
-    /// Costs O(names^2 D) for D dimensions, and many times that if the ceiling is tight.
+    /// Costs O(names^2 D) for D dimensions, and many times that if the ceiling is tight. If the random pointers are so many
+    /// that their chance to keep the ceiling is below 10^-9, fewer vectors are drawn, so that the error comes soon.
     ///
     /// # Errors
     /// - [`VocabError::Dimension`] if the algebra cannot use the dimension;
     /// - [`VocabError::Ceiling`] if the ceiling is not above 0 and at most 1;
-    /// - [`VocabError::TooSimilar`] if 20,000 draws for a name do not meet the ceiling;
+    /// - [`VocabError::TooSimilar`] if 20,000 draws for a name do not meet the ceiling, without
+    ///   [`or_best_of`](Self::or_best_of);
     /// - [`VocabError::BadName`] or [`VocabError::Duplicate`] if a name is invalid or repeated;
     /// - [`VocabError::BadVector`] if a given or computed vector has the wrong length or is not finite;
     /// - [`VocabError::Syntax`] or [`VocabError::Unknown`] if an expression cannot be evaluated.
@@ -260,6 +284,7 @@ impl<V: VocabTag> VocabularyBuilder<V> {
                     dim: self.dim,
                     seed: self.seed,
                     ceiling: self.ceiling,
+                    best_of: self.best_of,
                     names: Vec::new(),
                     index: HashMap::new(),
                     vectors: Vec::new(),
@@ -268,7 +293,15 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             },
             |(id, content)| (Some(id), content),
         );
-        content.ceiling = self.ceiling;
+        (content.ceiling, content.best_of) = (self.ceiling, self.best_of);
+        let random =
+            |(_, entry): &&(String, Entry)| matches!(entry, Entry::Random | Entry::Unitary);
+        let random = self.entries.iter().filter(random).count();
+        let most = match (self.ceiling, self.best_of) {
+            (None, _) => 1,
+            (_, Some(draws)) => draws,
+            (Some(ceiling), None) => Room::of(self.dim, ceiling).attempts(random),
+        };
         let mut work = content.algebra.scratch(self.dim);
         // Each frame is drawn as a whole with its first pointer.
         let mut frames: Vec<Vec<Real>> = vec![Vec::new(); self.frames.len()];
@@ -280,8 +313,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
                 return Err(VocabError::Duplicate { name });
             }
             let vector = match entry {
-                Entry::Random => content.draw::<V>(&name, false, &mut work)?,
-                Entry::Unitary => content.draw::<V>(&name, true, &mut work)?,
+                Entry::Random => content.draw::<V>(&name, false, most, &mut work)?,
+                Entry::Unitary => content.draw::<V>(&name, true, most, &mut work)?,
                 Entry::Orthonormal(before) => content.orthonormal::<V>(&name, before)?,
                 Entry::Framed(frame, row) => {
                     let Frame { roles, first } = &self.frames[frame];
@@ -311,22 +344,23 @@ impl<V: VocabTag> VocabularyBuilder<V> {
 }
 
 impl Content {
+    /// Draws up to `most` vectors for a name, until one keeps the ceiling.
     fn draw<V: VocabTag>(
         &self,
         name: &str,
         unitary: bool,
+        most: u64,
         work: &mut Workspace,
     ) -> Result<Vec<Real>, VocabError> {
         let own = self.seed.derive(V::NAME, name);
-        let ceiling = self.ceiling;
-        let attempts = if ceiling.is_some() && !self.names.is_empty() { MAX_ATTEMPTS } else { 1 };
-        let (mut best, mut nearest) = (Real::INFINITY, 0);
+        let attempts = if self.names.is_empty() { 1 } else { most };
+        let (mut best, mut nearest, mut kept) = (Real::INFINITY, 0, None);
         for attempt in 0..attempts {
             let mut vector = random_pointer(self.dim, own.derive_index("pointer", attempt));
             if unitary {
                 self.algebra.make_unitary(&mut vector, work);
             }
-            let Some(ceiling) = ceiling else { return Ok(vector) };
+            let Some(ceiling) = self.ceiling else { return Ok(vector) };
             let (mut worst, mut whose) = (0.0, 0);
             for (index, other) in self.vectors.chunks_exact(self.dim).enumerate() {
                 let similarity = dot(&vector, other).abs();
@@ -342,12 +376,18 @@ impl Content {
             }
             if worst < best {
                 (best, nearest) = (worst, whose);
+                kept = self.best_of.is_some().then_some(vector);
             }
         }
+        if let Some(vector) = kept {
+            return Ok(vector);
+        }
+        let ceiling = self.ceiling.unwrap_or(1.0);
         Err(VocabError::TooSimilar {
             name: name.into(),
             dim: self.dim,
-            ceiling: ceiling.unwrap_or(1.0),
+            ceiling,
+            room: Room::of(self.dim, ceiling).pointers(),
             others: self.names.len(),
             attempts: attempts as usize,
             best,

@@ -188,9 +188,9 @@ impl Content {
 
     fn without_names(&self) -> Self {
         let algebra = self.algebra.clone();
-        let Self { dim, seed, ceiling, .. } = *self;
+        let Self { dim, seed, ceiling, best_of, .. } = *self;
         let (names, index, vectors) = Default::default();
-        Self { algebra, dim, seed, ceiling, names, index, vectors }
+        Self { algebra, dim, seed, ceiling, best_of, names, index, vectors }
     }
 
     fn insert(&mut self, name: &str, vector: &[Real]) -> Result<(), VocabError> {

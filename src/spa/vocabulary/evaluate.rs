@@ -26,11 +26,14 @@ impl Content {
             Value::Vector(values) => {
                 Ok(PointerValue::new(check_vector(text, values, self.dim)?, text.trim().to_owned()))
             }
+            Value::Number(0.0) => {
+                Ok(PointerValue::new(vec![0.0; self.dim], text.trim().to_owned()))
+            }
             Value::Number(_) => Err(VocabError::Syntax {
                 text: text.into(),
                 at: 0,
                 problem: "a number".into(),
-                expected: "an expression with at least one name",
+                expected: "an expression with at least one name, or 0",
             }),
         }
     }

@@ -8,6 +8,7 @@ mod change;
 mod evaluate;
 mod lists;
 mod name;
+mod room;
 mod similarities;
 mod stimulus;
 
@@ -66,6 +67,7 @@ pub(crate) struct Content {
     dim: usize,
     seed: Seed,
     ceiling: Option<Real>,
+    best_of: Option<u64>,
     names: Vec<String>,
     index: HashMap<String, usize>,
     /// Row-major, one row per name.
@@ -183,10 +185,10 @@ impl<V: VocabTag> Vocabulary<V> {
     /// Evaluates an expression such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`.
     ///
     /// `+` and `-` add and subtract. `*` binds two pointers or scales a pointer by a number. `~` inverts, a leading
-    /// `-` negates, and parentheses group. The value is not normalised. Allocates.
+    /// `-` negates, and parentheses group. `0` is the zero vector. The value is not normalised. Allocates.
     ///
     /// # Errors
-    /// - [`VocabError::Syntax`] if the text is not an expression with at least one name; the error shows the position;
+    /// - [`VocabError::Syntax`] if the text is neither 0 nor an expression with at least one name; the error shows the position;
     /// - [`VocabError::Unknown`] if a name is not in the vocabulary;
     /// - [`VocabError::BadVector`] if the value is not finite.
     pub fn parse(&self, text: &str) -> Result<PointerValue<V>, VocabError> {

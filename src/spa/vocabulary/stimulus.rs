@@ -26,11 +26,7 @@ impl<V: VocabTag> Vocabulary<V> {
     ) -> Result<Stimulus<Pointer<V>>, VocabError> {
         let mut stimulus = Stimulus::pointer(self.space(), &self.zero());
         for (ms, text) in shown {
-            let time = SimDuration::from_millis(ms);
-            stimulus = match text.trim() {
-                "0" => stimulus.silent_from(time),
-                text => stimulus.from(time, &self.parse(text)?),
-            };
+            stimulus = stimulus.from(SimDuration::from_millis(ms), &self.parse(text)?);
         }
         Ok(stimulus)
     }
