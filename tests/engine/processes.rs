@@ -10,7 +10,8 @@ use ndarray::Ix1;
 use symbolt::files::npz::NpzReader;
 use symbolt::prelude::*;
 use symbolt::sim::{
-    Graph, Interpolation, Kind, NoiseDistribution, ProbeId, WhiteNoise, WhiteSignal,
+    EmitIo, Fingerprint, Graph, Interpolation, Kind, Node, NoiseDistribution, OutputSpec, PortDecl,
+    ProbeId, Process, StepCx, WhiteNoise, WhiteSignal,
 };
 
 use crate::things;
@@ -322,29 +323,31 @@ fn rows_and_repetitions_begin_again() {
         .interpolate(Interpolation::Linear)
         .repeat(ms(25));
     let ramp = ran(us(1000), 100, seeded(1), ramp);
-    for tick in 0..100usize {
+    assert_eq!(ramp.len(), 100);
+    for (tick, shown) in ramp.iter().enumerate() {
         let at = tick % 25;
         let expected = if at <= 20 { 1.0 - (at as f64 - 10.0).abs() / 10.0 } else { 0.0 };
-        assert!((ramp[tick] - expected).abs() < 1e-6, "tick {tick}");
+        assert!((shown - expected).abs() < 1e-6, "tick {tick}");
     }
 }
 
 #[test]
 fn bad_processes_have_a_sentence() {
-    let all: Vec<(Box<dyn Fn(&mut GraphBuilder)>, &str)> = vec![
+    type Adds = Box<dyn Fn(&mut GraphBuilder)>;
+    let all: Vec<(Adds, &str)> = vec![
         (
             Box::new(|graph| {
                 let spread = NoiseDistribution::Gaussian { mean: 0.0, sd: -1.0 };
                 graph.add("it", WhiteNoise::scalar().distribution(spread));
             }),
-            "a standard deviation of -1",
+            "Gaussian { mean: 0.0, sd: -1.0 } cannot be drawn from",
         ),
         (
             Box::new(|graph| {
                 let spread = NoiseDistribution::Uniform { low: 1.0, high: 0.0 };
                 graph.add("it", WhiteNoise::scalar().distribution(spread));
             }),
-            "numbers from 1 to 0 cannot be drawn",
+            "Uniform { low: 1.0, high: 0.0 } cannot be drawn from",
         ),
         (
             Box::new(|graph| {
@@ -425,5 +428,56 @@ fn bad_processes_have_a_sentence() {
         assert_eq!(error.0.len(), 1, "{error}");
         let text = error.0[0].to_string();
         assert!(text.starts_with("`it`: ") && text.contains(expected), "{text}");
+    }
+}
+
+/// A process of one's own: the number of ticks in a second, known before the first tick.
+struct TicksPerSecond;
+
+struct Told(f32);
+
+impl Process for TicksPerSecond {
+    fn declare(&self, ports: &mut PortDecl) {
+        ports.output("out", OutputSpec::scalar());
+    }
+
+    fn make(&self, time: Timebase, _seed: Seed) -> Result<Box<dyn Node>, String> {
+        Ok(Box::new(Told((1.0 / time.dt_s()) as f32)))
+    }
+}
+
+impl Node for Told {
+    fn declare(&self, ports: &mut PortDecl) {
+        TicksPerSecond.declare(ports);
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.reals(&[self.0]);
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        io.outputs.set(0, self.0);
+    }
+}
+
+impl Module for TicksPerSecond {
+    type Ports = Out<Scalar>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> Out<Scalar> {
+        let inner = scope.process(self).output("out");
+        scope.output("rate", inner)
+    }
+}
+
+#[test]
+fn a_process_of_ones_own_knows_the_tick_and_keeps_its_names() {
+    let mut graph = GraphBuilder::new();
+    let rate = graph.add("clock", TicksPerSecond);
+    for (tick_us, expected) in [(1000, 1000.0), (500, 2000.0)] {
+        let built = graph.build(us(tick_us), &PopulationPlan::direct(), Seed::new(1)).unwrap();
+        assert!(built.output("clock.rate").is_ok());
+        let mut sim = Simulator::new(Arc::new(built), RunConfig::default()).unwrap();
+        sim.run_for(ms(1)).unwrap();
+        assert_eq!(*sim.value(&rate), [expected]);
     }
 }

@@ -379,3 +379,51 @@ fn an_unstable_filter_ends_the_run_with_the_name_of_its_output() {
         assert!(error.starts_with("`one.out (filtered)` became inf in tick"), "{error}");
     }
 }
+
+fn low_pass(tau: Synapse) -> Filter {
+    Filter::new(tau, Timebase::default()).unwrap()
+}
+
+#[test]
+fn a_low_pass_gives_the_closed_form_of_a_step_and_an_euler_step_would_not() {
+    let filter = low_pass(Synapse::lowpass_ms(5));
+    let (mut held, mut worst, mut euler, mut off) = ([0.0f32], 0.0f64, 0.0f64, 0.0f64);
+    for k in 1..=60 {
+        filter.step(&[2.0], &mut held);
+        let exact = 2.0 * (1.0 - (-f64::from(k) / 5.0).exp());
+        worst = worst.max((f64::from(held[0]) - exact).abs());
+        euler += (2.0 - euler) / 5.0;
+        off = off.max((euler - exact).abs());
+    }
+    assert!(held[0] > 1.9, "the filter moved");
+    assert!(worst < 1e-6 && off > 1e-2, "{worst} {off}");
+}
+
+#[test]
+fn a_low_pass_without_input_reaches_zero_and_is_never_subnormal() {
+    for millis in [1, 5, 100, 1000] {
+        let filter = low_pass(Synapse::lowpass_ms(millis));
+        // The last input is subnormal and would keep its filter subnormal.
+        let mut held = [1.0f32, -1.0, 1e-3, f32::MAX, 1e-40];
+        let input = [0.0, 0.0, 0.0, 0.0, 1e-40];
+        // ln(3.4e38 / 1.1e-19) = 132 time constants.
+        let mut ticks = 0;
+        while held.iter().any(|v| *v != 0.0) && ticks < 135 * millis {
+            filter.step(&input, &mut held);
+            let small = held.iter().any(|v| v.is_subnormal() || (v * v).is_subnormal());
+            assert!(!small, "{held:?} in tick {ticks}");
+            ticks += 1;
+        }
+        assert_eq!(held, [0.0; 5], "{millis} ms");
+    }
+}
+
+#[test]
+fn values_that_are_not_finite_are_not_hidden() {
+    for synapse in [Synapse::lowpass_ms(5), Synapse::alpha_ms(5), Synapse::triangle_ms(5)] {
+        let filter = low_pass(synapse);
+        let mut state = vec![0.0; filter.state_len(2)];
+        let out = filter.step(&[f32::NAN, f32::INFINITY], &mut state);
+        assert!(out[0].is_nan() && !out[1].is_finite(), "{synapse}: {out:?}");
+    }
+}

@@ -569,12 +569,12 @@ fn a_number_flows_into_an_ensemble_of_one_dimension_and_outputs_need_no_ampersan
     let near = |out: &[f32], expected: f32| {
         assert!((out[0] - expected).abs() < 1e-4, "{out:?} {expected}")
     };
-    near(&sim.value(&a.output("x")), 0.5);
-    near(&sim.value(&b.output("x")), 0.25);
-    near(&sim.value(&c.output("x")), 0.75);
-    near(&sim.value(&d.output("x")), 0.5625);
-    near(&sim.value(&sum.output), 2.0);
-    near(&sim.value(&second.output), 0.25);
+    near(sim.value(&a.output("x")), 0.5);
+    near(sim.value(&b.output("x")), 0.25);
+    near(sim.value(&c.output("x")), 0.75);
+    near(sim.value(&d.output("x")), 0.5625);
+    near(sim.value(&sum.output), 2.0);
+    near(sim.value(&second.output), 0.25);
 }
 
 #[test]
@@ -592,13 +592,13 @@ fn a_number_into_a_wider_vector_is_told_with_both_ports() {
     assert!(
         texts
             .iter()
-            .any(|t| t.starts_with("`half.out` has width 1 but `three/neurons.in` takes width 3")),
+            .any(|t| t.starts_with("`half.out` has width 1 but `three.input` takes width 3")),
         "{texts:?}"
     );
     assert!(
         texts
             .iter()
-            .any(|t| t.contains("`to.pair.input/sum.out` has width 1 but `pair.in` takes width 2")),
+            .any(|t| t.contains("`to.pair.input/sum.output` has width 1 but `pair.input` takes width 2")),
         "{texts:?}"
     );
 }

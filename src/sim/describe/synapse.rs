@@ -176,22 +176,8 @@ impl Synapse {
         match self {
             Self::None => hash.number(0),
             Self::Lowpass { tau } => hash.number(1).number(tau.as_micros()),
-            Self::Alpha { tau } => hash.number(2).number(tau.as_micros()),
-            Self::DoubleExponential { rise, decay } => {
-                hash.number(3).number(rise.as_micros()).number(decay.as_micros())
-            }
-            Self::Triangle { length } => hash.number(4).number(length.as_micros()),
-            Self::Delay { length } => hash.number(5).number(length.as_micros()),
-            Self::Linear(LinearFilter { numerator, denominator }) => {
-                hash.number(6);
-                for polynomial in [numerator, denominator] {
-                    hash.number(polynomial.len as u64);
-                    polynomial.coefficients.iter().for_each(|c| {
-                        hash.real(*c);
-                    });
-                }
-                hash
-            }
+            // Coefficients are written with all their digits.
+            other => hash.text(&format!("{other:?}")),
         };
     }
 

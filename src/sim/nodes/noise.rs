@@ -12,7 +12,8 @@ use crate::sim::describe::node::Node;
 use crate::sim::describe::port::{InputSpec, OutputSpec, PortDecl};
 use crate::sim::real::Real;
 
-/// Adds independent Gaussian noise to every component in every tick, without delay.
+/// Adds independent Gaussian noise to every component in every tick, without delay. For noise as a signal of its own, also
+/// filtered or integrated, see [`WhiteNoise`](crate::sim::WhiteNoise).
 ///
 /// The noise depends only on run seed, path and tick. The run multiplies the noise by its noise scale
 /// ([`RunConfig::noise`](crate::sim::RunConfig::noise)). At scale 0 the output has the same bits as the input. A standard

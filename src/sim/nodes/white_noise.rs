@@ -92,7 +92,7 @@ pub struct WhiteNoise<K: Kind> {
     rule: Rule,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Rule {
     distribution: NoiseDistribution,
     per_tick: bool,
@@ -153,43 +153,24 @@ impl<K: Kind> WhiteNoise<K> {
 
 impl<K: Kind> Process for WhiteNoise<K> {
     fn declare(&self, ports: &mut PortDecl) {
-        match self.rule.distribution {
-            NoiseDistribution::Gaussian { mean, sd } => {
-                if !mean.is_finite() || !sd.is_finite() || sd < 0.0 {
-                    ports.fault(format!(
-                        "a mean of {mean} and a standard deviation of {sd} are not usable; use finite numbers, and a \
-                         standard deviation of at least 0"
-                    ));
-                }
-            }
-            NoiseDistribution::Uniform { low, high } => {
-                if !low.is_finite() || !(high - low).is_finite() || high < low {
-                    ports.fault(format!(
-                        "numbers from {low} to {high} cannot be drawn; use finite numbers, the lower one first"
-                    ));
-                }
-            }
+        let (mean, spread) = self.rule.distribution.mean_and_spread();
+        if !mean.is_finite() || !spread.is_finite() || spread < 0.0 {
+            ports.fault(format!(
+                "the distribution {:?} cannot be drawn from; use finite numbers, a standard deviation of at least 0, and \
+                 the lower bound first",
+                self.rule.distribution
+            ));
         }
         ports.output("out", self.spec.clone());
     }
 
     fn make(&self, time: Timebase, _seed: Seed) -> Result<Box<dyn Node>, String> {
-        let Rule { distribution, per_tick, synapse } = self.rule;
-        let filter = match synapse {
-            Synapse::None => None,
-            synapse => {
-                let made = Filter::new(synapse, time);
-                Some(made.map_err(|wrong| format!("its noise has {wrong}"))?)
-            }
-        };
-        let factor = if per_tick { 1.0 } else { (1.0 / time.dt_s().sqrt()) as Real };
-        Ok(Box::new(Drawn {
-            spec: self.spec.clone().into(),
-            distribution,
-            factor,
-            synapse,
-            filter,
-        }))
+        let rule = self.rule;
+        let made = Filter::new(rule.synapse, time);
+        let filter = made.map_err(|wrong| format!("its noise has {wrong}"))?;
+        let filter = (rule.synapse != Synapse::None).then_some(filter);
+        let factor = if rule.per_tick { 1.0 } else { (1.0 / time.dt_s().sqrt()) as Real };
+        Ok(Box::new(Drawn { spec: self.spec.clone().into(), rule, factor, filter }))
     }
 }
 
@@ -204,21 +185,21 @@ impl<K: Kind> Module for WhiteNoise<K> {
 /// The node. With a filter, its state is that after the draws of the coming tick, and begins with the output.
 struct Drawn {
     spec: AnyOutput,
-    distribution: NoiseDistribution,
+    rule: Rule,
     factor: Real,
-    synapse: Synapse,
     filter: Option<Filter>,
 }
 
 impl Drawn {
     fn draw(&self, cx: &StepCx<'_>, out: &mut [Real]) {
-        let (mean, spread) = self.distribution.mean_and_spread();
+        let distribution = self.rule.distribution;
+        let (mean, spread) = distribution.mean_and_spread();
         let (mean, spread) = (mean * self.factor, spread * self.factor * cx.noise_scale());
         if spread == 0.0 {
             return out.fill(mean);
         }
         let mut rng = cx.rng();
-        out.iter_mut().for_each(|v| *v = mean + spread * self.distribution.deviation(&mut rng));
+        out.iter_mut().for_each(|v| *v = mean + spread * distribution.deviation(&mut rng));
     }
 }
 
@@ -233,12 +214,7 @@ impl Node for Drawn {
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        match self.distribution {
-            NoiseDistribution::Gaussian { mean, sd } => hash.number(0).reals(&[mean, sd]),
-            NoiseDistribution::Uniform { low, high } => hash.number(1).reals(&[low, high]),
-        };
-        hash.reals(&[self.factor]);
-        self.synapse.fingerprint(hash);
+        hash.text(&format!("{:?}", self.rule)).reals(&[self.factor]);
     }
 
     fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, _registered: &mut Outputs<'_>) {

@@ -19,7 +19,7 @@ pub struct RunConfig {
     /// Run seed. It decides the noise and all random events in the world.
     pub seed: Seed,
     /// Factor for all noise amplitudes in the graph, finite and at least 0. 0 turns noise off; 1 leaves the amplitudes
-    /// unchanged.
+    /// unchanged. Signals drawn at random, such as [`WhiteSignal`](crate::sim::WhiteSignal), are no noise.
     pub noise: Real,
     /// World. Required if the graph links to a world, and otherwise not allowed.
     pub world: Option<Box<dyn World>>,

@@ -170,7 +170,7 @@ impl<V: VocabTag> Flow<Pointer<V>> {
 
 impl Flow<Scalar> {
     /// Makes a vector of one component of the number, with the same outputs.
-    pub(super) fn as_vector(self) -> Flow<Vector> {
+    pub(super) fn into_vector(self) -> Flow<Vector> {
         let Self { text, level, leaves, lower, .. } = self;
         Flow::new(text, level, (vec![Source::Shape(1)], leaves), move |cx, _| {
             let Sum { constant, terms } = lower(cx, &());

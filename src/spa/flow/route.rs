@@ -51,7 +51,7 @@ impl<K: FlowKind> FlowsInto<K> for K {
 
 impl FlowsInto<Vector> for Scalar {
     fn convert(flow: Flow<Scalar>) -> Flow<Vector> {
-        flow.as_vector()
+        flow.into_vector()
     }
 }
 
