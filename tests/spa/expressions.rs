@@ -598,7 +598,8 @@ fn a_number_into_a_wider_vector_is_told_with_both_ports() {
     assert!(
         texts
             .iter()
-            .any(|t| t.contains("`to.pair.input/sum.output` has width 1 but `pair.input` takes width 2")),
+            .any(|t| t
+                .contains("`to.pair.input/sum.output` has width 1 but `pair.input` takes width 2")),
         "{texts:?}"
     );
 }

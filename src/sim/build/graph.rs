@@ -35,6 +35,15 @@ pub(crate) struct GatherPlan {
     pub sources: Span,
 }
 
+/// A low-pass on connections. Most filters are, so their loop knows nothing else.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LowpassPlan {
+    pub source: Source,
+    pub held: Span,
+    pub decay: f32,
+}
+
+/// Another filter on connections.
 #[derive(Debug, Clone)]
 pub(crate) struct FilterPlan {
     pub source: Source,
@@ -162,6 +171,7 @@ pub struct Graph {
     pub(crate) slots: Vec<Slot>,
     pub(crate) gathers: Vec<GatherPlan>,
     pub(crate) gather_sources: Vec<Slot>,
+    pub(crate) lowpasses: Vec<LowpassPlan>,
     pub(crate) filters: Vec<FilterPlan>,
     pub(crate) probes: Vec<ProbePlan>,
     /// Nodes whose spikes are recorded.

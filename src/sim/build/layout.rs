@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::graph::{
-    FilterPlan, GatherPlan, Graph, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes, Source,
-    WorldPlan,
+    FilterPlan, GatherPlan, Graph, LowpassPlan, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes,
+    Source, WorldPlan,
 };
 use crate::sim::describe::draft::{Edge, ProbeDraft};
 use crate::sim::describe::filter::Filter;
@@ -122,6 +122,7 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
         slots: plans.slots,
         gathers: plans.gathers,
         gather_sources: plans.gather_sources,
+        lowpasses: wires.lowpasses,
         filters: wires.filters,
         probes,
         spike_probes,
@@ -180,6 +181,7 @@ impl Places {
 
 /// Filters, and the sources of every input.
 struct Wires {
+    lowpasses: Vec<LowpassPlan>,
     filters: Vec<FilterPlan>,
     /// Indexed by node and input.
     sources: Vec<Vec<Vec<Slot>>>,
@@ -191,7 +193,7 @@ impl Wires {
     /// Connections from one output with the same synapse share a filter.
     fn of(checked: &Checked, places: &Places) -> Self {
         let mut held = Cursor(places.registered.0);
-        let mut filters: Vec<FilterPlan> = Vec::new();
+        let (mut lowpasses, mut filters) = (Vec::new(), Vec::new());
         let mut shared: HashMap<(usize, usize), Vec<(Synapse, Span)>> = HashMap::new();
         let mut sources: Vec<Vec<Vec<Slot>>> =
             checked.nodes.iter().map(|n| vec![Vec::new(); n.ports.inputs.len()]).collect();
@@ -209,7 +211,10 @@ impl Wires {
                         let filter = Filter::of_connection(via, checked.time).unwrap_or_default();
                         let held = held.take(filter.state_len(out.span.len()));
                         let output = Span { start: held.start, end: held.start + width };
-                        filters.push(FilterPlan { source, held, filter });
+                        match filter.decay() {
+                            Some(decay) => lowpasses.push(LowpassPlan { source, held, decay }),
+                            None => filters.push(FilterPlan { source, held, filter }),
+                        }
                         others.push((via, output));
                         output
                     }))
@@ -217,7 +222,7 @@ impl Wires {
             };
             sources[edge.to.0][edge.to.1].push(slot);
         }
-        Self { filters, sources, held }
+        Self { lowpasses, filters, sources, held }
     }
 }
 

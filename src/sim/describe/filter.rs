@@ -105,6 +105,11 @@ impl Filter {
         output
     }
 
+    /// Returns the decay factor of a low-pass.
+    pub(crate) fn decay(&self) -> Option<Real> {
+        if let Rule::Lowpass(decay) = self.rule { Some(decay) } else { None }
+    }
+
     /// Returns whether finite inputs have finite outputs.
     pub(crate) fn is_bounded(&self) -> bool {
         !matches!(self.rule, Rule::Gain(_) | Rule::Linear(_))
@@ -311,7 +316,7 @@ pub(crate) fn decayed(decay: Real, y: Real, u: Real) -> Real {
 
 /// Advances the low-pass filters in `held` by one step.
 #[inline]
-fn latch(decay: Real, input: &[Real], held: &mut [Real]) {
+pub(crate) fn latch(decay: Real, input: &[Real], held: &mut [Real]) {
     for (y, u) in held.iter_mut().zip(input) {
         *y = decayed(decay, *y, *u);
     }

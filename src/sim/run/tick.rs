@@ -11,6 +11,7 @@ use super::arena::Arenas;
 use super::simulator::Simulator;
 use super::stage::{Clock, Stage};
 use crate::sim::build::graph::{Graph, Source};
+use crate::sim::describe::filter::latch;
 use crate::sim::describe::io::{
     AdvanceIo, EmitIo, Inputs, Outputs, ScratchArena, Slot, StateMut, StateRef,
 };
@@ -89,12 +90,19 @@ impl Simulator {
         if !graph.parts.is_empty() {
             graph.collect(&arenas.results, &mut arenas.registered);
         }
-        for filter in &graph.filters {
+        for filter in &graph.lowpasses {
             let input = match filter.source {
                 Source::Signal(span) => &arenas.stage.signals[span.of()],
                 Source::Registered(span) => &arenas.registered[span.of()],
             };
-            filter.filter.step(input, &mut arenas.stage.held[filter.held.of()]);
+            latch(filter.decay, input, &mut arenas.stage.held[filter.held.of()]);
+        }
+        for plan in &graph.filters {
+            let input = match plan.source {
+                Source::Signal(span) => &arenas.stage.signals[span.of()],
+                Source::Registered(span) => &arenas.registered[span.of()],
+            };
+            plan.filter.step(input, &mut arenas.stage.held[plan.held.of()]);
         }
         if !arenas.all_finite() {
             return Err(self.blame_non_finite());
