@@ -14,6 +14,7 @@ mod determinism;
 mod engine;
 mod files;
 mod models;
+mod neuron_ports;
 mod npz;
 mod parallel;
 mod populations;

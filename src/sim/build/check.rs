@@ -105,6 +105,10 @@ fn freeze(
             let reason = "a node with parts keeps its state in its parts and declares no other";
             faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.into() });
         }
+        if body.parts().is_some() && ports.settles() {
+            let reason = "a node with parts cannot read an input at the end of the tick";
+            faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.into() });
+        }
         nodes.push(CheckedNode { path: node.path, body, ports, world });
     }
     let order = emit_order(&nodes, &draft.edges, &mut faults);
@@ -327,7 +331,10 @@ fn check_edges(nodes: &[NodeDraft], edges: &[Edge], faults: &mut Vec<BuildError>
             Synapse::Lowpass { tau } if tau.is_zero() => {
                 faults.push(BuildError::BadSynapse { from, to });
             }
-            Synapse::None if output.filtered_only => {
+            Synapse::None if input.at_settle && output.registered && from_node.ports.settles() => {
+                faults.push(BuildError::BothSettle { from, to });
+            }
+            Synapse::None if output.filtered_only && !input.at_settle => {
                 faults.push(BuildError::Unfiltered { from, to });
             }
             _ => {}
