@@ -5,8 +5,7 @@
 use std::sync::Arc;
 
 use symbolt::neurons::{
-    Block, Ensemble, EnsemblePorts, Firing, Lif, LifRate, LifSpec, NeuronModel, NeuronSpec,
-    Population, PopulationPlan, Tuning, TuningError, Variable,
+    Ensemble, EnsemblePorts, Lif, LifRate, LifSpec, NeuronModel, Population, PopulationPlan,
 };
 use symbolt::prelude::*;
 use symbolt::sim::{
@@ -14,44 +13,7 @@ use symbolt::sim::{
     Real, Signal, StateSpec, StepCx, Threads, Vector,
 };
 
-/// Neurons of a model without gain and bias: their current is what is injected.
-#[derive(Debug)]
-pub struct Unbiased<M>(pub M);
-
-impl<M: NeuronModel> NeuronModel for Unbiased<M> {
-    fn name(&self) -> &'static str {
-        "unbiased"
-    }
-    fn check(&self, dt_s: f64) -> Result<(), TuningError> {
-        self.0.check(dt_s)
-    }
-    fn gain_bias(&self, _max_rate: f64, _intercept: f64) -> Result<(f64, f64), TuningError> {
-        Ok((0.0, 0.0))
-    }
-    fn rates(&self, currents: &mut [f64]) {
-        self.0.rates(currents);
-    }
-    fn firing(&self) -> Firing {
-        self.0.firing()
-    }
-    fn state(&self) -> Vec<Variable> {
-        self.0.state()
-    }
-    fn step(&self, block: Block<'_>) {
-        self.0.step(block);
-    }
-    fn rest_below(&self) -> f64 {
-        self.0.rest_below()
-    }
-    fn fingerprint(&self, hash: &mut Fingerprint) {
-        self.0.fingerprint(hash.text("unbiased"));
-    }
-}
-
-pub fn unbiased(model: impl NeuronModel) -> PopulationPlan {
-    let spec = NeuronSpec::new(Unbiased(model), Tuning::default());
-    PopulationPlan::all(Population::Neurons(spec))
-}
+use crate::alike::alike;
 
 fn ms(ms: u64) -> SimDuration {
     SimDuration::from_millis(ms)
@@ -63,6 +25,10 @@ fn lif() -> PopulationPlan {
 
 fn rate() -> PopulationPlan {
     PopulationPlan::all(Population::Rate(LifSpec::default()))
+}
+
+fn unbiased(model: impl NeuronModel) -> PopulationPlan {
+    alike(model, 0.0, 0.0)
 }
 
 /// The currents of `count` neurons: some below the threshold, all different.
