@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use multiversion::multiversion;
+
 use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape};
 use crate::sim::{
     AdvanceIo, EmitIo, Fingerprint, InputSpec, Inputs, Node, NodeFault, OutputSpec, Outputs,
@@ -47,9 +49,14 @@ pub(super) struct Connection {
 /// Computes the product of weights and activities. `active` has room for an index per source.
 fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
     let mut count = 0;
-    for (at, a) in pre.iter().enumerate() {
-        active[count] = at as u32;
-        count += usize::from(*a != 0.0);
+    for (eight, of_eight) in pre.chunks(8).enumerate() {
+        if of_eight.iter().fold(0, |bits, a| bits | a.to_bits()) == 0 {
+            continue;
+        }
+        for (at, a) in of_eight.iter().enumerate() {
+            active[count] = (8 * eight + at) as u32;
+            count += usize::from(*a != 0.0);
+        }
     }
     let active = &active[..count];
     let few = 4 * count <= pre.len();
@@ -60,6 +67,7 @@ fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
 }
 
 /// Returns the scalar product. Eight sums need no order, so they fit wide registers.
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
 fn dot(weights: &[f64], values: &[Real]) -> f64 {
     let mut sums = [0.0; 8];
     let (weights, values) = (weights.as_chunks::<8>(), values.as_chunks::<8>());
@@ -70,6 +78,27 @@ fn dot(weights: &[f64], values: &[Real]) -> f64 {
     }
     let rest = weights.1.iter().zip(values.1);
     rest.fold(sums.iter().sum(), |sum: f64, (w, v)| sum + w * f64::from(*v))
+}
+
+/// Multiplies changes by a factor and adds them to weights. Returns 0 if all weights are then finite.
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn add(weights: &mut [f64], change: &mut [f64], factor: f64) -> f64 {
+    let mut sums = [0.0; 8];
+    let (weights, rest) = weights.as_chunks_mut::<8>();
+    let (changes, last) = change.as_chunks_mut::<8>();
+    for (weights, changes) in weights.iter_mut().zip(changes) {
+        for lane in 0..8 {
+            changes[lane] *= factor;
+            weights[lane] += changes[lane];
+            sums[lane] += weights[lane] * 0.0;
+        }
+    }
+    for (weight, change) in rest.iter_mut().zip(last) {
+        *change *= factor;
+        *weight += *change;
+        sums[0] += *weight * 0.0;
+    }
+    sums.iter().sum()
 }
 
 impl Placed {
@@ -102,21 +131,23 @@ impl Connection {
     ) -> bool {
         let (columns, learnt) = (self.shape.inputs, weights.len());
         let mut unsound = 0.0;
+        let state = |rule: &Placed| &states[rule.state.start - learnt..rule.state.end - learnt];
         for (row, weights) in weights.chunks_exact_mut(columns).enumerate() {
+            let leaves = |placed: &Placed| {
+                placed.rule.leaves(&placed.tick(tick, inputs), state(placed), row)
+            };
+            if delta.is_empty() && self.rules.iter().all(leaves) {
+                continue;
+            }
             for (index, own) in weights.chunks_mut(STRETCH).enumerate() {
                 let from = index * STRETCH;
                 let mut change = [0.0; STRETCH];
                 let change = &mut change[..own.len()];
                 let of = Stretch { row, columns: from..from + own.len(), weights: own };
                 for rule in &self.rules {
-                    let state = &states[rule.state.start - learnt..rule.state.end - learnt];
-                    rule.rule.change(&rule.tick(tick, inputs), state, &of, change);
+                    rule.rule.change(&rule.tick(tick, inputs), state(rule), &of, change);
                 }
-                for (weight, change) in own.iter_mut().zip(&mut *change) {
-                    *change *= tick.learning;
-                    *weight += *change;
-                    unsound += *weight * 0.0;
-                }
+                unsound += add(own, change, tick.learning);
                 let delta = delta.get_mut(row * columns + from..).unwrap_or(&mut []);
                 delta.iter_mut().zip(&*change).for_each(|(to, change)| *to = *change as Real);
             }

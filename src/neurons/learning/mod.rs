@@ -34,6 +34,8 @@ mod weights;
 use std::fmt;
 use std::ops::Range;
 
+use multiversion::multiversion;
+
 use super::tuning::{TuningError, refuse};
 use crate::sim::{Fingerprint, Real, Synapse};
 
@@ -109,6 +111,13 @@ pub trait LearningRule: fmt::Debug + Send + Sync + 'static {
     /// multiplies it by [`LearningTick::learning`]. Must neither allocate, lock nor log.
     fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]);
 
+    /// Returns whether the rule leaves all weights of an output as they are in this tick. Rows that every rule leaves are
+    /// not visited.
+    fn leaves(&self, tick: &LearningTick<'_>, state: &[f64], row: usize) -> bool {
+        let _ = (tick, state, row);
+        false
+    }
+
     /// Adds to `hash` every number that affects the results of the rule.
     fn fingerprint(&self, hash: &mut Fingerprint);
 }
@@ -173,15 +182,20 @@ pub fn follow(synapse: Synapse, dt_s: f64, input: &[Real], traces: &mut [f64]) {
     match synapse {
         Synapse::Lowpass { tau } => {
             let decay = (-dt_s / tau.as_secs_f64()).exp();
-            for (trace, input) in traces.iter_mut().zip(input) {
-                let next = decay * *trace + (1.0 - decay) * f64::from(*input);
-                // Subnormal numbers would be slow.
-                *trace = if next.abs() < 1e-30 { 0.0 } else { next };
-            }
+            low_pass(decay, input, traces);
         }
         Synapse::None => {
             traces.iter_mut().zip(input).for_each(|(trace, input)| *trace = f64::from(*input));
         }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn low_pass(decay: f64, input: &[Real], traces: &mut [f64]) {
+    for (trace, input) in traces.iter_mut().zip(input) {
+        let next = decay * *trace + (1.0 - decay) * f64::from(*input);
+        // Subnormal numbers would be slow.
+        *trace = if next.abs() < 1e-30 { 0.0 } else { next };
     }
 }
 

@@ -111,6 +111,10 @@ impl LearningRule for Pes {
         change.iter_mut().zip(pre).for_each(|(change, a)| *change += factor * a);
     }
 
+    fn leaves(&self, tick: &LearningTick<'_>, state: &[f64], row: usize) -> bool {
+        state[tick.shape.inputs + row] == 0.0
+    }
+
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash_synapse(hash.real(self.rate), self.pre);
         self.teacher.hash(hash);

@@ -14,7 +14,8 @@ use crate::sim::{Fingerprint, Synapse};
 /// For constant `b` and `x` the encoder of tick k is `x + (1 - rate dt b)^k (e_0 - x)`. Encoders are not normalised again.
 /// A factor of learning ([`Learned::switched`](super::Learned::switched)) below 0 lets encoders forget.
 ///
-/// State: `post`, the filtered activity in Hz. Costs three operations per weight and tick.
+/// State: `post`, the filtered activity in Hz. Costs three operations per tick and weight of a neuron that
+/// has been active.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Voja {
     rate: f64,
@@ -68,13 +69,14 @@ impl LearningRule for Voja {
 
     fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]) {
         let factor = self.rate * tick.dt_s * state[of.row];
-        if factor == 0.0 {
-            return;
-        }
         let each = change.iter_mut().zip(of.weights).zip(&tick.pre[of.columns.clone()]);
         for ((change, weight), x) in each {
             *change += factor * (f64::from(*x) / self.radius - weight);
         }
+    }
+
+    fn leaves(&self, _tick: &LearningTick<'_>, state: &[f64], row: usize) -> bool {
+        state[row] == 0.0
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
