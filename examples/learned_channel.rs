@@ -20,11 +20,13 @@ pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<[f32; 2], Box<dyn Error>
     let spec = ProbeSpec::default().filtered(Synapse::lowpass_ms(20));
     let probes = ["pre.x", "post.x"].map(|name| graph.probe_at::<Vector>(name, spec));
     let sim = graph.run(plan, seed, SimDuration::from_secs(3))?;
-    let [pre, post] = probes.map(|probe| sim.samples(&probe).iter().map(|(_, x)| x[0]).collect());
+    let of =
+        |probe| -> Vec<f32> { sim.samples::<Vector>(probe).iter().map(|(_, x)| x[0]).collect() };
+    let [pre, post] = probes.each_ref().map(of);
     Ok([0..1000, 2000..3000].map(|span| error(&pre, &post, span)))
 }
 
-fn error(a: &Vec<f32>, b: &Vec<f32>, span: std::ops::Range<usize>) -> f32 {
+fn error(a: &[f32], b: &[f32], span: std::ops::Range<usize>) -> f32 {
     let square = |at: usize| (a[at] - b[at]).powi(2);
     (span.clone().map(square).sum::<f32>() / span.len() as f32).sqrt()
 }

@@ -13,6 +13,8 @@ use crate::sim::{
 
 /// Weights that change together: they stay in the first-level cache from rule to rule.
 const STRETCH: usize = 128;
+/// Number of outputs up to which all sources are visited, active or not.
+const FEW_ROWS: usize = 4;
 
 /// A rule with its place in the connection.
 #[derive(Debug, Clone)]
@@ -48,6 +50,12 @@ pub(super) struct Connection {
 
 /// Computes the product of weights and activities. `active` has room for an index per source.
 fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
+    let rows = out.iter_mut().zip(weights.chunks_exact(pre.len()));
+    // Finding the active sources costs more than a few rows.
+    if rows.len() <= FEW_ROWS {
+        rows.for_each(|(out, row)| *out = dot(row, pre) as Real);
+        return;
+    }
     let mut count = 0;
     for (eight, of_eight) in pre.chunks(8).enumerate() {
         if of_eight.iter().fold(0, |bits, a| bits | a.to_bits()) == 0 {
@@ -60,7 +68,7 @@ fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
     }
     let active = &active[..count];
     let few = 4 * count <= pre.len();
-    for (out, row) in out.iter_mut().zip(weights.chunks_exact(pre.len())) {
+    for (out, row) in rows {
         let add = |sum: f64, at: &u32| sum + row[*at as usize] * f64::from(pre[*at as usize]);
         *out = if few { active.iter().fold(0.0, add) } else { dot(row, pre) } as Real;
     }
