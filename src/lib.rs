@@ -155,7 +155,10 @@ mod readme {}
 
 /// Names that nearly every program needs: `use symbolt::prelude::*;`.
 pub mod prelude {
-    pub use crate::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning};
+    pub use crate::neurons::{
+        Bcm, Ensemble, Learned, LifSpec, Oja, Pes, Population, PopulationPlan, Rls, SelectRule,
+        Tuning, Voja, Weights,
+    };
     pub use crate::record::TimeSeries;
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, Ports, ProbeSpec, RunConfig,

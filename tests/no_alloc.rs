@@ -12,7 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 mod bank;
 
 use bank::Bank;
-use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan, SelectRule, Tuning};
+use symbolt::neurons::{
+    Bcm, Ensemble, Learned, LifSpec, Oja, Pes, Population, PopulationPlan, Rls, SelectRule, Tuning,
+    Voja,
+};
 use symbolt::sim::{
     Add, Constant, GraphBuilder, Interpolation, Noise, ProbeSpec, RunConfig, Scalar, Seed,
     SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, Vector, VocabTag, WhiteNoise,
@@ -85,6 +88,28 @@ fn nothing_allocates_in_a_tick() {
         graphs(&PopulationPlan::all(population), &mut counts);
     }
 
+    // Connections that learn by every rule.
+    let mut graph = GraphBuilder::new();
+    let drive = graph.add("drive", Constant::vector(&[0.5, 0.2]));
+    let cells = graph.add("cells", Ensemble::new(2).neurons(60).expose_neurons().identity("x"));
+    graph.route(&drive >> &cells);
+    let of = || Learned::new(&cells.neurons(), 60).post(&cells.neurons()).switched();
+    let between = of().rule(Pes::default().toward_target()).rule(Oja::default()).expose("delta");
+    let between = graph.add("between", between.rule(Bcm::default()).rule(Rls::default()));
+    let target = graph.add("target", Constant::vector(&[1.0; 60]));
+    graph.route(&target >> &between.target());
+    graph.route(&between >> &cells.currents());
+    graph.route(0.1 * &between >> &between.error());
+    let encoders = Learned::encoders(2, &cells.neurons()).rule(Voja::default());
+    let encoders = graph.add("encoders", encoders);
+    graph.route(&drive >> &encoders.input());
+    graph.route(&encoders >> &cells.encoded());
+    let on = graph.add("on", Constant::scalar(1.0));
+    graph.route(&on >> &between.learning());
+    let plan = PopulationPlan::all(Population::Lif(small));
+    let mut sim = graph.start(&plan, Seed::new(1)).unwrap_or_else(|e| panic!("{e}"));
+    counts.push(("learning", allocations(&mut sim, 50)));
+
     // A bank of neurons as a single node.
     let mut graph = GraphBuilder::new();
     let drive = graph.add("drive", Constant::scalar(1.0));
@@ -119,7 +144,7 @@ fn nothing_allocates_in_a_tick() {
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     std::hint::black_box(vec![1u8; 100]);
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 1);
-    assert_eq!(counts.len(), 13);
+    assert_eq!(counts.len(), 14);
     assert!(counts.iter().all(|(_, count)| *count == 0), "{counts:?}");
 }
 

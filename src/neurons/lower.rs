@@ -72,7 +72,12 @@ impl PopulationPlan {
         dt_s: f64,
     ) -> Result<Box<dyn Node>, Fault> {
         let (path, seed, solved) = (asked.path, asked.seed, self.solved.as_deref());
-        let Some(spec) = &self.population(path).spec() else { return Ok(layer.direct()) };
+        let Some(spec) = &self.population(path).spec() else {
+            return match layer.only_neural() {
+                Some(reason) => Err((reason.into(), Vec::new())),
+                None => Ok(layer.direct()),
+            };
+        };
         let builder = PopulationBuilder { spec, dt_s, path, seed, solved, balance };
         let node = layer.neural(&builder).map_err(|error| {
             let paths = || solved.iter().flat_map(|s| s.paths()).map(String::from).collect();

@@ -32,6 +32,12 @@
 //! A new neuron model implements [`NeuronModel`], a new kind of layer implements [`Layer`]. Nothing else knows them one
 //! by one.
 //!
+//! # Neurons and learning
+//!
+//! An [`Ensemble`] can [expose its neurons](Ensemble::expose_neurons): their activities as an output, and currents into
+//! them as an input. A [`Learned`] connection from such an output changes its weights by rules while the graph runs; see
+//! [`learning`].
+//!
 //! # Example
 //!
 //! One ensemble of 100 spiking neurons squares a number:
@@ -71,9 +77,7 @@
 //! # What this module does not do
 //!
 //! - It knows no symbols: semantic pointers and their algebra are in the module `spa`, which builds on this one.
-//! - It has the neuron models [`Lif`] and [`LifRate`], and no learning rules: decoders are solved when the graph is
-//!   built.
-//! - Ensembles cannot be connected neuron to neuron. All connections carry decoded values.
+//! - It has the neuron models [`Lif`] and [`LifRate`].
 //! - It reads no Nengo models. For equal parameters, spikes and decoded values agree with those of Nengo; the tests
 //!   check this. The random draws of the two programs differ.
 
@@ -83,6 +87,7 @@ mod builder;
 mod conformance;
 mod draw;
 mod layers;
+pub mod learning;
 mod lower;
 mod models;
 mod pattern;
@@ -98,6 +103,10 @@ pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_sign
 pub use layers::{
     BilinearPorts, Circuit, Ensemble, EnsemblePorts, GatePorts, Items, Layer, Layers, Map,
     Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
+};
+pub use learning::{
+    Bcm, Learned, LearnedPorts, LearningRule, LearningTick, Needs, Oja, Pes, Rls, Stretch, Voja,
+    WeightShape, Weights, WeightsError,
 };
 pub use lower::{neurons, own_neurons};
 pub use models::{Block, Firing, Lif, LifRate, NeuronModel, Start, Variable};

@@ -99,7 +99,7 @@ impl Default for Tuning {
 }
 
 /// Greatest number of neurons in one ensemble. The decoder solve for more would need gigabytes of memory.
-const MAX_NEURONS: f64 = 10_000.0;
+pub(super) const MAX_NEURONS: f64 = 10_000.0;
 
 impl Tuning {
     /// Returns the default tuning with few neurons per item of a selection: a single neuron is a threshold. Meant for 1 to

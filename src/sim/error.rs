@@ -129,6 +129,16 @@ pub enum BuildError {
         /// Outputs that fit the target port.
         outputs: Vec<String>,
     },
+    /// A connection without a synapse between two nodes that both advance at the end of the tick.
+    #[error(
+        "`{from}` is written while `{to}` is read, at the end of the tick; put a synapse on the connection"
+    )]
+    BothSettle {
+        /// The source port.
+        from: String,
+        /// The target port.
+        to: String,
+    },
     /// More than one connection to an input that takes one.
     #[error(
         "`{to}` takes one connection but has {}: from {}; keep one, or sum the sources with an `Add` module",

@@ -50,7 +50,8 @@
 //!
 //! 1. Emit: every node computes its outputs from its inputs and its state. Nodes emit in topological order, so a value
 //!    passes through a whole chain of nodes within one tick.
-//! 2. Advance: nodes with state or registered outputs update them for the next tick.
+//! 2. Advance: nodes with state or registered outputs update them for the next tick. Nodes that read what the others
+//!    have just written ([`InputSpec::at_settle`]), such as learned connections, come last.
 //!
 //! Three things delay a value by one tick:
 //!

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Writes the fixtures of `src/neurons/conformance.rs`: parameters, inputs, spikes and outputs of ensembles, as Nengo
-computes them; and of `tests/engine/synapses.rs`: outputs of synapses and interpolated signals.
+computes them; of `tests/engine/synapses.rs`: outputs of synapses and interpolated signals; and of
+`tests/engine/learning.rs`: weights that rules have learned.
 
 Usage: fixtures.py FOLDER             writes the fixtures
        fixtures.py FOLDER --compare   fails if the fixtures in FOLDER differ from what Nengo computes now
@@ -128,12 +129,110 @@ def interpolations():
     return held
 
 
+# --- Learning: the file `learning.npz` ---
+
+LEARN_STEPS = 10_000
+
+
+def wave(t, dims, hz):
+    """Slow sine waves, one per component, which the tests compute by the same formula."""
+    return np.array([0.8 * np.sin(2 * np.pi * hz * (i + 1) * t + i) for i in range(dims)])
+
+
+class Learning:
+    """Networks of rate neurons with given parameters, so that nothing but the rule decides the weights."""
+
+    def __init__(self):
+        self.rng = np.random.RandomState(11)
+        self.held = {}
+
+    def cells(self, name, count, dims, gain=None):
+        """Returns an ensemble of rate neurons. With a gain, all neurons have this gain and a bias of 1."""
+        encoders = self.rng.normal(size=(count, dims))
+        encoders /= np.linalg.norm(encoders, axis=1, keepdims=True)
+        gains = self.rng.uniform(1.0, 4.0, count) if gain is None else np.full(count, gain)
+        biases = self.rng.uniform(0.5, 3.0, count) if gain is None else np.ones(count)
+        self.held.update({f"{name}_encoders": encoders, f"{name}_gains": gains, f"{name}_biases": biases})
+        return nengo.Ensemble(count, dims, neuron_type=nengo.LIFRate(), encoders=encoders,
+                              gain=nengo.dists.Choice([gain]) if gain else gains, bias=biases)
+
+    def finish(self, net, probes):
+        """Runs a network and keeps the last sample of each probe, by name."""
+        with net:
+            made = {name: nengo.Probe(of, attribute, synapse=None) for name, (of, attribute) in probes.items()}
+        with nengo.Simulator(net, dt=DT, progress_bar=False) as sim:
+            # The change of a tick is added at the beginning of the next one.
+            sim.run_steps(LEARN_STEPS + 1)
+            for name, probe in made.items():
+                self.held[name] = np.array(sim.data[probe][-1])
+
+    def decoded(self, name, rules, state=None):
+        """Learns a function of a wave by an error that passes two synapses."""
+        with nengo.Network(seed=1) as net:
+            given = nengo.Node(lambda t: wave(t, 1, 0.7))
+            wanted = nengo.Node(lambda t: wave(t, 1, 0.7) ** 2)
+            pre = self.cells(name, 20, 1)
+            nengo.Connection(given, pre, synapse=None)
+            out, error = nengo.Node(size_in=1), nengo.Node(size_in=1)
+            learned = nengo.Connection(pre, out, synapse=SYNAPSE, learning_rule_type=rules,
+                                       function=lambda x: [0.0], solver=nengo.solvers.NoSolver())
+            nengo.Connection(out, error, synapse=None)
+            nengo.Connection(wanted, error, synapse=None, transform=-1)
+            made = learned.learning_rule
+            made = list(made.values()) if isinstance(made, dict) else [made]
+            for rule in made:
+                nengo.Connection(error, rule, synapse=SYNAPSE)
+        probes = {f"{name}_weights": (learned, "weights")}
+        if state:
+            probes[f"{name}_{state}"] = (made[0], state)
+        self.finish(net, probes)
+
+    def between(self, name, rules, state=None):
+        """Learns weights between the neurons of two ensembles."""
+        with nengo.Network(seed=1) as net:
+            given = nengo.Node(lambda t: wave(t, 2, 0.7))
+            pre, post = self.cells(f"{name}_pre", 12, 2), self.cells(f"{name}_post", 8, 2)
+            nengo.Connection(given, pre, synapse=None)
+            nengo.Connection(given, post, synapse=None)
+            start = self.rng.uniform(0, 1e-3, size=(8, 12))
+            self.held[f"{name}_start"] = start
+            learned = nengo.Connection(pre.neurons, post.neurons, transform=start, synapse=SYNAPSE,
+                                       learning_rule_type=rules)
+            made = learned.learning_rule
+            made = list(made.values()) if isinstance(made, dict) else [made]
+        probes = {f"{name}_weights": (learned, "weights")}
+        if state:
+            probes[f"{name}_{state}"] = (made[0], state)
+        self.finish(net, probes)
+
+    def encoders(self, name):
+        """Learns the encoders of an ensemble, while a signal says so."""
+        with nengo.Network(seed=1) as net:
+            given = nengo.Node(lambda t: wave(t, 2, 0.7))
+            signal = nengo.Node(lambda t: 0.0 if t < 6.0005 else -1.0)
+            post = self.cells(name, 25, 2, gain=2.0)
+            learned = nengo.Connection(given, post, synapse=SYNAPSE, learning_rule_type=nengo.Voja(learning_rate=0.003))
+            nengo.Connection(signal, learned.learning_rule, synapse=None)
+        self.finish(net, {f"{name}_scaled": (learned.learning_rule, "scaled_encoders")})
+
+    def all(self):
+        self.decoded("pes", nengo.PES(learning_rate=1e-3))
+        self.decoded("slow_pes", nengo.PES(learning_rate=1e-3, pre_synapse=0.03))
+        self.decoded("rls", nengo.RLS(learning_rate=1e-3), "inv_gamma")
+        self.decoded("both", {"a": nengo.PES(learning_rate=1e-3), "b": nengo.RLS(learning_rate=1e-4)})
+        self.between("oja", nengo.Oja(learning_rate=1e-6, beta=1e3))
+        self.between("bcm", nengo.BCM(learning_rate=1e-10), "theta")
+        self.between("mixed", {"a": nengo.Oja(learning_rate=1e-6, beta=1e3), "b": nengo.BCM(learning_rate=1e-10)})
+        self.encoders("voja")
+        return self.held
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     compare = "--compare" in sys.argv[2:]
     bad = 0
     makers = {name: lambda name=name: one(name) for name in CASES}
-    makers |= {"synapses": synapses, "interpolations": interpolations}
+    makers |= {"synapses": synapses, "interpolations": interpolations, "learning": lambda: Learning().all()}
     for name, make in makers.items():
         path, now = folder / f"{name}.npz", make()
         if not compare:

@@ -6,6 +6,12 @@
 mod associative_memory;
 #[path = "../../examples/cycle.rs"]
 mod cycle;
+#[path = "../../examples/learned_channel.rs"]
+mod learned_channel;
+#[path = "../../examples/learned_generator.rs"]
+mod learned_generator;
+#[path = "../../examples/learned_pairs.rs"]
+mod learned_pairs;
 #[path = "../../examples/oscillator.rs"]
 mod oscillator;
 #[path = "../../examples/parser.rs"]
@@ -135,6 +141,34 @@ fn translates(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
     if right { Ok(()) } else { Err(format!("{agent}; {object}")) }
 }
 
+#[test]
+fn a_channel_is_learned_in_rates_and_spikes() {
+    let spec = LifSpec::default();
+    for population in [Population::Rate(spec), Population::Lif(spec)] {
+        for seed in [1, 2] {
+            let plan = PopulationPlan::all(population.clone());
+            let [first, last] = learned_channel::run(&plan, Seed::new(seed)).expect("runs");
+            assert!(first > 0.06 && last < 0.06 && last < first, "{population:?}: {first} {last}");
+        }
+    }
+}
+
+#[test]
+fn pairs_are_learned_and_recalled_in_spikes() {
+    let shares = learned_pairs::run(30, 500, Seed::new(1)).expect("runs");
+    assert_eq!(shares.len(), 5);
+    let all = shares.iter().sum::<f64>() / 5.0;
+    assert!(all >= 0.95, "{shares:?}");
+}
+
+#[test]
+fn a_generator_repeats_what_it_was_trained_on() {
+    let rates = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let trained = learned_generator::run(&rates, Seed::new(1), 4).expect("runs");
+    let untrained = learned_generator::run(&rates, Seed::new(1), 0).expect("runs");
+    assert!(trained < 0.1 && untrained > 0.3, "{trained} {untrained}");
+}
+
 /// The lines of a model: those of its function `run`, and its vocabularies.
 #[test]
 fn models_are_as_short_as_the_guide_says() {
@@ -145,6 +179,9 @@ fn models_are_as_short_as_the_guide_says() {
         ("cycle", 17),
         ("parser", 25),
         ("oscillator", 35),
+        ("learned_channel", 15),
+        ("learned_generator", 30),
+        ("learned_pairs", 55),
         ("reaching", 35),
         ("same_or_different", 35),
         ("serial_recall", 35),

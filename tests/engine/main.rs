@@ -3,6 +3,8 @@
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "../support/alike.rs"]
+mod alike;
 #[path = "../support/counter.rs"]
 mod counter;
 #[path = "../support/rectified.rs"]
@@ -13,7 +15,10 @@ mod things;
 mod determinism;
 mod engine;
 mod files;
+mod learning;
+mod learning_conformance;
 mod models;
+mod neuron_ports;
 mod npz;
 mod parallel;
 mod populations;

@@ -21,6 +21,8 @@ pub(super) fn few<M: NeuronModel + ?Sized>(
     let per = work.shape.neurons;
     let block = NARROW * per;
     let (mut currents, mut activity) = ([0.0; NARROW * FEW], [0.0; NARROW * FEW]);
+    let (out, mut told) = work.split(out);
+    let mut injected = work.injected;
     let inputs = work.values.chunks(NARROW).zip(work.rests.chunks(NARROW));
     let numbers = work.biases.chunks(block).zip(work.encoders.chunks(block));
     let numbers = numbers.zip(work.decoders.chunks(block));
@@ -28,8 +30,10 @@ pub(super) fn few<M: NeuronModel + ?Sized>(
     for (((values, rests), ((biases, encoders), decoders)), out) in blocks {
         let own = first(&mut state, work.variables * biases.len());
         let below = values.iter().zip(rests).fold(true, |all, (value, rest)| all & (value < rest));
-        if work.shift <= 0.0 && below && at_rest(own) {
+        if work.shift <= 0.0 && below && injected.is_empty() && at_rest(own) {
             out.fill(0.0);
+            let count = told.len().min(biases.len());
+            first(&mut told, count).fill(0.0);
             continue;
         }
         let (currents, activity) = (&mut currents[..biases.len()], &mut activity[..biases.len()]);
@@ -37,7 +41,9 @@ pub(super) fn few<M: NeuronModel + ?Sized>(
         for (neuron, ((current, bias), encoder)) in neurons {
             *current = bias + work.shift + encoder * values[neuron / per];
         }
+        Work::inject(&mut injected, currents);
         model.step(Block { dt_s: work.dt_s, currents, state: own, activity });
+        work.tell(&mut told, activity);
         let ensembles = activity.chunks_exact(per).zip(decoders.chunks_exact(per));
         for (out, (activity, decoders)) in out.iter_mut().zip(ensembles) {
             *out = activity.iter().zip(decoders).fold(0.0, |sum, (a, d)| sum + a * d);

@@ -38,9 +38,14 @@ fn many<M: NeuronModel + ?Sized>(
     let Shape { dims, outputs, .. } = work.shape;
     let padded = work.shape.padded();
     let (mut currents, mut activity) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let (out, mut told) = work.split(out);
     let rows = work.values.chunks_exact(dims).zip(out.chunks_exact_mut(outputs));
     for (index, (value, out)) in rows.enumerate() {
         let mut own = first(&mut state, work.variables * padded);
+        let neurons = work.shape.neurons;
+        let mut injected = work.injected.get(index * neurons..(index + 1) * neurons).unwrap_or(&[]);
+        let own_told = told.len().min(neurons);
+        let mut told = first(&mut told, own_told);
         let biases = &work.biases[index * padded..(index + 1) * padded];
         let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
         let decoders = &work.decoders[index * padded * outputs..(index + 1) * padded * outputs];
@@ -49,7 +54,8 @@ fn many<M: NeuronModel + ?Sized>(
         // below and reads far less memory.
         let resting = work.shift <= 0.0 && value[0] < work.rests[index];
         let silenced = value.iter().map(|x| x * x).sum::<Real>() <= work.quiet;
-        if (resting || silenced) && at_rest(own) {
+        if (resting || silenced) && injected.is_empty() && at_rest(own) {
+            told.fill(0.0);
             continue;
         }
         let mut lanes = [0.0; NARROW];
@@ -58,8 +64,10 @@ fn many<M: NeuronModel + ?Sized>(
             let len = biases.len();
             let (currents, activity) = (&mut currents[..len], &mut activity[..len]);
             encode(encoders, biases, work.shift, value, currents);
+            Work::inject(&mut injected, currents);
             let state = first(&mut own, work.variables * len);
             model.step(Block { dt_s: work.dt_s, currents, state, activity });
+            work.tell(&mut told, activity);
             if outputs == 1 && work.spikes {
                 let eights = activity.chunks_exact(NARROW).zip(decoders.chunks_exact(NARROW));
                 for (activity, decoders) in eights {

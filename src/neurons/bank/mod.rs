@@ -279,14 +279,30 @@ impl Bank {
         self.variables.len() * ensembles * self.shape().padded()
     }
 
+    /// Steps the ensembles without injected currents.
+    #[cfg(test)]
+    pub fn step(
+        &self,
+        first: usize,
+        values: (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
+        self.step_injected(first, values, &[], state, out);
+    }
+
     /// Steps the ensembles from `first` on by one tick. This process must own them.
     ///
     /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 has no effect.
     /// Ensembles are independent, so several calls for parts of a bank give the same bits as one call for all.
-    pub fn step(
+    ///
+    /// `injected` are currents added to the neurons, a row per ensemble; it may be empty. If `out` is longer than the
+    /// decoded values, the activity of every neuron follows them, in Hz.
+    pub fn step_injected(
         &self,
         first: usize,
         (values, open): (&[Real], Real),
+        injected: &[Real],
         state: &mut [Real],
         out: &mut [Real],
     ) {
@@ -303,6 +319,7 @@ impl Bank {
             shape,
             variables: self.variables.len(),
             spikes: self.firing != Firing::Rates,
+            unit_hz: if self.firing == Firing::Rates { 1.0 } else { (1.0 / self.dt_s) as Real },
             shift,
             quiet: if shift <= -self.silencing { self.quiet } else { -1.0 },
             rests: &self.rests[at(1)],
@@ -310,6 +327,7 @@ impl Bank {
             biases: &solved.biases[at(padded)],
             decoders: &solved.decoders[at(padded * shape.outputs)],
             values,
+            injected,
         };
         self.model.step_ensembles(&work, state, out);
     }

@@ -110,14 +110,34 @@ impl Ensembles {
         }
     }
 
+    /// Returns the gain over the radius of every neuron, ensemble by ensemble; 0 where this process does not own the
+    /// ensemble.
+    pub(crate) fn gains(&self) -> Vec<Real> {
+        let (solved, shape) = (&self.bank.solved, self.bank.shape());
+        let mut gains = vec![0.0; shape.ensembles * shape.neurons];
+        let all: Vec<usize> = (0..shape.ensembles).collect();
+        let own = solved.own.as_ref().unwrap_or(&all);
+        let each = shape.padded() * shape.dims;
+        for (ensemble, encoders) in own.iter().zip(solved.encoders.chunks_exact(each)) {
+            for neuron in 0..shape.neurons {
+                let parts = (0..shape.dims).map(|k| encoders[shape.encoder_at(neuron, k)]);
+                let square: f64 = parts.map(|part| f64::from(part).powi(2)).sum();
+                gains[ensemble * shape.neurons + neuron] = square.sqrt() as Real;
+            }
+        }
+        gains
+    }
+
     /// Steps a part. `values` and `out` are those of its ensembles.
     pub(crate) fn step(
         &self,
         part: usize,
         values: (&[Real], Real),
+        injected: &[Real],
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        self.bank.step(part * self.partition.each, values, state, out);
+        let first = part * self.partition.each;
+        self.bank.step_injected(first, values, injected, state, out);
     }
 }

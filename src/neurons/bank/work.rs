@@ -14,6 +14,8 @@ pub struct Work<'a> {
     pub(super) variables: usize,
     /// Whether the activity is spikes, not a rate.
     pub(super) spikes: bool,
+    /// The rate in Hz that one unit of activity stands for.
+    pub(super) unit_hz: Real,
     /// Current added to every neuron: 0 while the gate is fully open, below 0 otherwise.
     pub(super) shift: Real,
     /// Squared norm of the input up to which `shift` keeps every neuron at rest; below 0 if it does not.
@@ -24,6 +26,8 @@ pub struct Work<'a> {
     pub(super) biases: &'a [Real],
     pub(super) decoders: &'a [Real],
     pub(super) values: &'a [Real],
+    /// Currents added to the neurons, a row per ensemble without padding; empty for none.
+    pub(super) injected: &'a [Real],
 }
 
 /// Takes the first `count` numbers off a slice.
@@ -32,6 +36,30 @@ pub(super) fn first<'a>(rest: &mut &'a mut [Real], count: usize) -> &'a mut [Rea
     let (own, after) = std::mem::take(rest).split_at_mut(count);
     *rest = after;
     own
+}
+
+impl<'a> Work<'a> {
+    /// Splits what the loops write: a row of decoded values per ensemble, and, if it is asked for, the activity of all
+    /// neurons without padding.
+    #[inline(always)]
+    pub(super) fn split<'o>(&self, out: &'o mut [Real]) -> (&'o mut [Real], &'o mut [Real]) {
+        out.split_at_mut(self.values.len() / self.shape.dims * self.shape.outputs)
+    }
+
+    /// Adds injected currents to those of the first neurons that have not got theirs.
+    #[inline(always)]
+    pub(super) fn inject(injected: &mut &'a [Real], currents: &mut [Real]) {
+        let (own, after) = injected.split_at(injected.len().min(currents.len()));
+        currents.iter_mut().zip(own).for_each(|(current, more)| *current += more);
+        *injected = after;
+    }
+
+    /// Writes the activity of the next neurons, in Hz.
+    #[inline(always)]
+    pub(super) fn tell(&self, told: &mut &mut [Real], activity: &[Real]) {
+        let count = told.len().min(activity.len());
+        first(told, count).iter_mut().zip(activity).for_each(|(hz, a)| *hz = a * self.unit_hz);
+    }
 }
 
 /// Returns whether all numbers of a state are zero.

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use rand::{Rng, RngExt};
 
-use super::{Circuit, Layer, Layers, Populated, check_radius};
+use super::{Circuit, Items, Layer, Layers, Populated, check_radius};
 use crate::neurons::bank::{Draft, Shape};
 use crate::neurons::builder::{PopulationBuilder, not_finite};
 use crate::neurons::draw::on_sphere;
 use crate::neurons::solve::Points;
-use crate::neurons::tuning::{TuningError, refuse};
+use crate::neurons::tuning::{MAX_NEURONS, TuningError, refuse};
 use crate::sim::{
     AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, NodePorts, Out, OutputSpec,
-    Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector,
+    Outputs, PartIo, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector,
 };
 
 /// Greatest number of components of the input and of all outputs.
@@ -66,6 +66,9 @@ pub struct Ensemble {
     copies: usize,
     radius: Real,
     size: Real,
+    /// Number of neurons in each copy, if it does not follow from the plan.
+    neurons: Option<usize>,
+    exposed: bool,
     functions: Vec<Decoded>,
 }
 
@@ -87,12 +90,34 @@ impl EnsemblePorts {
     pub fn output(&self, name: &str) -> Out<Vector> {
         self.node.output(name)
     }
+
+    /// Returns the activity of every neuron in Hz, copy by copy: its rate, or 1 / dt in a tick in which it spikes. Every
+    /// connection from it needs a synapse, except to an input read at the end of the tick
+    /// ([`InputSpec::at_settle`](crate::sim::InputSpec::at_settle)). Needs [`Ensemble::expose_neurons`], as the next two
+    /// ports do; otherwise using it is a fault when the graph is built.
+    pub fn neurons(&self) -> Out<Vector> {
+        self.node.output("neurons")
+    }
+
+    /// Returns the input of currents into bare neurons: one number per neuron, copy by copy, added after gain and bias.
+    /// Adds any number of connections, or none.
+    pub fn currents(&self) -> In<Vector> {
+        self.node.input("currents")
+    }
+
+    /// Returns the input of encoded values: one number per neuron, copy by copy, in the place of the product of its
+    /// encoder with the value. The neuron's current gets the number times gain / radius. Adds any number of connections,
+    /// or none.
+    pub fn encoded(&self) -> In<Vector> {
+        self.node.input("encoded")
+    }
 }
 
 impl Ensemble {
     /// Requests an ensemble for vectors of `dims` components (at least 1). The input adds any number of connections.
     pub fn new(dims: usize) -> Self {
-        Self { dims, copies: 1, radius: 1.0, size: 1.0, functions: Vec::new() }
+        let (copies, radius, size, functions) = (1, 1.0, 1.0, Vec::new());
+        Self { dims, copies, radius, size, neurons: None, exposed: false, functions }
     }
 
     /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are not
@@ -134,6 +159,48 @@ impl Ensemble {
         self
     }
 
+    /// Sets the number of neurons in each copy (1 to 10,000), whatever the plan's tuning and [`size`](Self::size) say.
+    pub fn neurons(mut self, count: usize) -> Self {
+        self.neurons = Some(count);
+        self
+    }
+
+    /// Adds ports for the neurons themselves: the output [`neurons`](EnsemblePorts::neurons), and the inputs
+    /// [`currents`](EnsemblePorts::currents) and [`encoded`](EnsemblePorts::encoded). Their widths need
+    /// [`neurons`](Self::neurons). The value to represent may then stay unconnected, and no function need be decoded. In
+    /// direct mode there are no neurons, which is a fault when the graph is built.
+    ///
+    /// Inhibition: while `stop` is 1, no neuron fires, whatever the value is.
+    ///
+    /// ```
+    /// use symbolt::neurons::Ensemble;
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let channel = Ensemble::new(1).neurons(60).expose_neurons().identity("same");
+    /// let channel = graph.add("channel", channel);
+    /// let value = graph.add("value", Constant::vector(&[0.8]));
+    /// graph.route(&value >> &channel.input);
+    /// let stop = graph.add("stop", Stimulus::scalar(0.0).from(SimDuration::from_millis(200), &[1.0]));
+    /// graph.route((&stop.transform([[-20.0]; 60]) >> &channel.currents()).via(Synapse::lowpass_ms(5)));
+    /// let spec = ProbeSpec::default().filtered(Synapse::lowpass_ms(20));
+    /// let probe = graph.probe(&channel.output("same"), spec);
+    /// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    /// let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(400))?;
+    /// let at = |ms: usize| sim.samples(&probe).get(ms - 1).map(|(_, value)| value[0]);
+    /// assert!(at(200) > Some(0.7) && at(400) < Some(0.01));
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    pub fn expose_neurons(mut self) -> Self {
+        self.exposed = true;
+        self
+    }
+
+    /// Number of neurons in a copy whose neurons have ports; 0 without ports.
+    fn ports(&self) -> usize {
+        if self.exposed { self.neurons.unwrap_or(1).clamp(1, MAX_NEURONS as usize) } else { 0 }
+    }
+
     /// Number of components that are decoded from one copy.
     fn outputs(&self) -> usize {
         self.functions.iter().fold(0, |sum, decoded| sum.saturating_add(decoded.width))
@@ -142,7 +209,7 @@ impl Ensemble {
     /// Returns a fault if the input or the outputs of all copies have too many components.
     fn too_wide(&self) -> Option<String> {
         let (dims, copies) = (self.dims, self.copies);
-        let most = dims.max(self.outputs()).saturating_mul(copies);
+        let most = dims.max(self.outputs()).max(self.ports()).saturating_mul(copies);
         (most > MOST_COMPONENTS).then(|| {
             format!(
                 "{copies} copies of {dims} dimensions with {} decoded components are too large; expected at most {MOST_COMPONENTS} in all copies",
@@ -180,14 +247,27 @@ impl Ensemble {
 impl Node for Ensemble {
     fn declare(&self, ports: &mut PortDecl) {
         check_radius(self.radius, ports);
-        if self.functions.is_empty() {
+        if self.functions.is_empty() && !self.exposed {
             ports.fault("nothing is decoded; expected at least one function");
         }
         if let Some(reason) = self.too_wide() {
             ports.fault(reason);
         }
         let wide = |width: usize| width.saturating_mul(self.copies).min(MOST_COMPONENTS);
-        ports.input("in", InputSpec::vector(wide(self.dims)).sum().at_advance());
+        let value = InputSpec::vector(wide(self.dims)).sum().at_advance();
+        ports.input("in", if self.exposed { value.optional() } else { value });
+        if let Some(wrong) = self.neurons.filter(|n| !(1..=MAX_NEURONS as usize).contains(n)) {
+            ports.fault(format!("{wrong} neurons; expected 1 to {MAX_NEURONS}"));
+        }
+        if self.exposed {
+            if self.neurons.is_none() {
+                ports.fault("the neurons have ports but no number; expected `neurons(count)`");
+            }
+            for name in ["currents", "encoded"] {
+                let each = InputSpec::vector(wide(self.ports())).sum().optional();
+                ports.input(name, each.at_advance());
+            }
+        }
         for Decoded { name, width, .. } in &self.functions {
             let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
             // The engine refuses names that are empty or have a point.
@@ -197,6 +277,10 @@ impl Node for Ensemble {
                 ));
             }
             ports.output(name, OutputSpec::vector(wide(*width)).registered().filtered_only());
+        }
+        if self.exposed {
+            let each = OutputSpec::vector(wide(self.ports())).registered().filtered_only();
+            ports.output("neurons", each);
         }
         let reals = self.outputs().saturating_mul(self.copies).min(MOST_COMPONENTS);
         ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
@@ -231,9 +315,14 @@ impl Module for Ensemble {
     fn expand(self, scope: &mut Scope<'_>) -> EnsemblePorts {
         let names: Vec<String> =
             self.functions.iter().map(|decoded| decoded.name.clone()).collect();
+        let has_ports = self.exposed;
         let EnsemblePorts { input, node } = scope.ensemble("neurons", self);
-        for name in &names {
+        let exposed = has_ports.then(|| "neurons".to_owned());
+        for name in names.iter().chain(&exposed) {
             scope.output(name, node.output::<Vector>(name));
+        }
+        for name in ["currents", "encoded"].iter().filter(|_| has_ports) {
+            scope.input(name, node.input::<Vector>(name));
         }
         EnsemblePorts { input: scope.input("input", input), node }
     }
@@ -251,13 +340,25 @@ impl Layer for Ensemble {
         Box::new(self.clone())
     }
 
+    fn only_neural(&self) -> Option<&'static str> {
+        let reason = "its neurons have ports, but the plan gives it none; expected a population with neurons, such as `Population::Lif`";
+        self.exposed.then_some(reason)
+    }
+
     fn neural(&self, builder: &PopulationBuilder<'_>) -> Result<Populated, TuningError> {
         if let Some(reason) = self.too_wide() {
             return Err(refuse("copies", reason, "a smaller ensemble"));
         }
-        let (dims, outputs) = (self.dims, self.outputs());
+        // A population decodes at least one number.
+        let (dims, outputs) = (self.dims, self.outputs().max(1));
         let per = builder.tuning().per_function as f64 * dims as f64 * f64::from(self.size);
-        let neurons = builder.tuning().count(per)?;
+        let neurons = match self.neurons {
+            Some(count) if !(1..=MAX_NEURONS as usize).contains(&count) => {
+                return Err(refuse("neurons", count, format!("1 to {MAX_NEURONS}")));
+            }
+            Some(count) => count,
+            None => builder.tuning().count(per)?,
+        };
         let shape = Shape { ensembles: self.copies, neurons, dims, outputs };
         let points = (neurons * 3 / 2).clamp(500, 3_000);
         let radius = f64::from(self.radius);
@@ -287,7 +388,43 @@ impl Layer for Ensemble {
             let (values, wanted) = (values.clone(), wanted.clone());
             Ok(Draft { neurons, radius, points: Points { values, wanted, outputs } })
         })?;
-        Ok(Populated::new(self.direct(), ensembles, self.clone()))
+        if !self.exposed {
+            return Ok(Populated::new(self.direct(), ensembles, self.clone()));
+        }
+        let bare = Bare { ensemble: self.clone(), gains: ensembles.gains(), neurons, outputs };
+        let populated = Populated::new(self.direct(), ensembles, bare);
+        Ok(populated.unit(1, outputs + neurons).scratch(neurons))
+    }
+}
+
+/// The circuit of an ensemble whose neurons have ports.
+struct Bare {
+    ensemble: Ensemble,
+    /// Gain over radius of every neuron.
+    gains: Vec<Real>,
+    /// Number of neurons in a copy.
+    neurons: usize,
+    outputs: usize,
+}
+
+impl Circuit for Bare {
+    fn advance(&self, items: &Items<'_>, io: &mut PartIo<'_>) {
+        let copies = items.range();
+        let own = copies.start * self.neurons..copies.end * self.neurons;
+        let currents = &mut io.scratch.reals[..own.len()];
+        let [given, encoded] = [1, 2].map(|input| &io.inputs.get(input)[own.clone()]);
+        let each = given.iter().zip(encoded).zip(&self.gains[own]);
+        for (current, ((given, encoded), gain)) in currents.iter_mut().zip(each) {
+            *current = given + gain * encoded;
+        }
+        items.step_neurons(&io.inputs.get(0)[items.rows()], currents, io.state, io.results);
+    }
+
+    fn collect(&self, copies: Range<usize>, results: &[Real], outputs: &mut Outputs<'_>) {
+        let (decoded, activity) = results.split_at(copies.len() * self.outputs);
+        let own = copies.start * self.neurons..copies.end * self.neurons;
+        outputs.get_mut(self.ensemble.functions.len())[own].copy_from_slice(activity);
+        self.ensemble.distribute(copies, decoded, outputs);
     }
 }
 

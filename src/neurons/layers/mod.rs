@@ -95,6 +95,11 @@ pub trait Layer: Send + Sync + 'static {
     /// Returns the node that computes the layer exactly, with the delays of a population but without its noise.
     fn direct(&self) -> Box<dyn Node>;
 
+    /// Returns why the layer cannot be computed exactly, if it cannot: [`direct`](Self::direct) then only declares its ports.
+    fn only_neural(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Returns the node that computes the layer in neurons.
     ///
     /// # Errors

@@ -69,7 +69,19 @@ impl Items<'_> {
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        self.populations[population].step(self.part, values, state, out);
+        self.populations[population].step(self.part, values, &[], state, out);
+    }
+
+    /// Steps the ensembles of the first population, with a current added to each neuron: a row per ensemble. `out` gets a
+    /// row of decoded values per ensemble, then the activity of every neuron in Hz, a row per ensemble.
+    pub(super) fn step_neurons(
+        &self,
+        values: &[Real],
+        currents: &[Real],
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
+        self.populations[0].step(self.part, (values, 1.0), currents, state, out);
     }
 
     /// Splits the state of the items: that of each population, and the numbers of [`Populated::held`].

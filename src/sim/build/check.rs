@@ -118,6 +118,10 @@ fn freeze(
             let reason = "a node with parts keeps its state in its parts and declares no other";
             faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.into() });
         }
+        if body.parts().is_some() && ports.settles() {
+            let reason = "a node with parts cannot read an input at the end of the tick";
+            faults.push(BuildError::Refused { node: node.path.clone(), reason: reason.into() });
+        }
         nodes.push(CheckedNode { path: node.path, body, ports, world });
     }
     let order = emit_order(&nodes, &draft.edges, &mut faults);
@@ -340,8 +344,12 @@ fn check_edges(nodes: &[NodeDraft], edges: &[Edge], time: Timebase, faults: &mut
         }
         if let Err(reason) = Filter::of_connection(edge.via, time) {
             faults.push(BuildError::BadSynapse { from, to, reason });
-        } else if edge.via == Synapse::None && output.filtered_only {
-            faults.push(BuildError::Unfiltered { from, to });
+        } else if edge.via == Synapse::None {
+            if input.at_settle && output.registered && from_node.ports.settles() {
+                faults.push(BuildError::BothSettle { from, to });
+            } else if output.filtered_only && !input.at_settle {
+                faults.push(BuildError::Unfiltered { from, to });
+            }
         }
     }
 }

@@ -158,11 +158,13 @@ pub struct Graph {
     pub(crate) builder: u64,
     /// The index in `nodes` of each of the builder's nodes.
     pub(crate) handles: Vec<usize>,
-    /// In the order in which nodes emit. `bodies`, `emits` and `advances` have the same order.
+    /// In the order in which nodes emit. `bodies`, `emits`, `advances` and `settles` have the same order.
     pub(crate) nodes: Vec<NodeInfo>,
     pub(crate) bodies: Vec<Arc<dyn Node>>,
     pub(crate) emits: Vec<PhasePlan>,
     pub(crate) advances: Vec<PhasePlan>,
+    /// The nodes that advance after all others.
+    pub(crate) settles: Vec<PhasePlan>,
     /// The nodes with parts.
     pub(crate) divided: Vec<PhasePlan>,
     /// The parts of all nodes, node by node.

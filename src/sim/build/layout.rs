@@ -116,6 +116,7 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
         bodies,
         emits: plans.emits,
         advances: plans.advances,
+        settles: plans.settles,
         divided: plans.divided,
         parts: plans.parts,
         outs: plans.outs,
@@ -199,7 +200,9 @@ impl Wires {
             checked.nodes.iter().map(|n| vec![Vec::new(); n.ports.inputs.len()]).collect();
         for edge in &checked.edges {
             let out = places.outs[edge.from.0][edge.from.1];
+            let settles = checked.nodes[edge.to.0].ports.inputs[edge.to.1].at_settle;
             let slot = match edge.via {
+                Synapse::None if out.registered && settles => Slot::Settled(out.span),
                 Synapse::None if out.registered => Slot::Held(out.span),
                 Synapse::None => Slot::Signal(out.span),
                 via => {
@@ -231,6 +234,7 @@ impl Wires {
 struct Plans {
     emits: Vec<PhasePlan>,
     advances: Vec<PhasePlan>,
+    settles: Vec<PhasePlan>,
     divided: Vec<PhasePlan>,
     parts: Vec<PartPlan>,
     part_states: Cursor,
@@ -326,6 +330,8 @@ impl Plans {
                 gathers: advance.gathers,
                 command_width: ports.inputs.iter().map(|i| i.shape.width).sum(),
             });
+        } else if ports.settles() {
+            self.settles.push(advance);
         } else if stateful
             || ports.always_advance
             || registered.len() > 0
@@ -365,7 +371,7 @@ impl Plans {
         let emits = ports.outputs.iter().any(|output| !output.registered);
         for (input, feeds) in ports.inputs.iter().zip(sources) {
             slots.push(match feeds.as_slice() {
-                [only] => *only,
+                [only] if !matches!(only, Slot::Settled(_)) => *only,
                 many => {
                     let into = self.gathered.take(input.shape.width);
                     if !many.is_empty() {
@@ -456,7 +462,7 @@ fn fingerprint(checked: &Checked) -> u64 {
         for port in &node.ports.inputs {
             hash.text(&port.name).text(&port.kind_label);
             port.shape.fingerprint(&mut hash);
-            hash.number(u64::from(port.at_advance));
+            hash.number(u64::from(port.at_advance) + u64::from(port.at_settle));
         }
         for port in &node.ports.outputs {
             hash.text(&port.name).text(&port.kind_label);

@@ -62,6 +62,8 @@ pub(crate) enum Slot {
     Signal(Span),
     /// A registered output, a filter or a sense, constant during the tick.
     Held(Span),
+    /// A registered output as it was written in this tick. Only sums have it as a source.
+    Settled(Span),
     /// A sum of several sources, or zeros for an unconnected input.
     Gathered(Span),
     /// Readable in the other phase only.
@@ -90,7 +92,9 @@ impl<'a> Inputs<'a> {
             Slot::Signal(span) => &self.signals[span.of()],
             Slot::Held(span) => &self.held[span.of()],
             Slot::Gathered(span) => &self.gathered[span.of()],
-            Slot::OtherPhase => panic!("input {index} is read in the other phase of the tick"),
+            Slot::Settled(_) | Slot::OtherPhase => {
+                panic!("input {index} is read in the other phase of the tick")
+            }
         }
     }
 

@@ -15,7 +15,8 @@ use crate::sim::error::NodeFault;
 ///
 /// In each tick the engine first calls [`emit`](Node::emit) on every node that has ordinary (not registered) outputs,
 /// in topological order. It then calls [`advance`](Node::advance) on every node that has state, registered outputs or
-/// inputs read in advance. Neither method may allocate, lock or log.
+/// inputs read in advance; last on those with an input read at the end of the tick
+/// ([`InputSpec::at_settle`](crate::sim::InputSpec::at_settle)). Neither method may allocate, lock or log.
 ///
 /// This node has an input and an output of three numbers:
 ///

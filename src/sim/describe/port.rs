@@ -13,6 +13,7 @@ pub struct AnyInput {
     pub(crate) kind_label: String,
     pub(crate) shape: Shape,
     pub(crate) at_advance: bool,
+    pub(crate) at_settle: bool,
     pub(crate) sum: bool,
     pub(crate) optional: bool,
 }
@@ -52,6 +53,7 @@ impl<K: Kind> InputSpec<K> {
             kind_label: K::label(),
             shape: Shape { width, space },
             at_advance: false,
+            at_settle: false,
             sum: false,
             optional: false,
         };
@@ -62,6 +64,18 @@ impl<K: Kind> InputSpec<K> {
     /// connection to this input can close a loop without a synapse.
     pub fn at_advance(mut self) -> Self {
         self.any.at_advance = true;
+        self
+    }
+
+    /// Makes the input readable at the end of the tick: the node advances after all others, when what they have written in
+    /// this tick is known. A connection without a synapse from a registered output then carries the value of this tick,
+    /// also from an output that otherwise needs a synapse. A learning rule reads the activity of neurons so.
+    ///
+    /// What the node writes to registered outputs itself is not known by then: such an output needs a synapse on its way
+    /// to another input of this kind.
+    pub fn at_settle(mut self) -> Self {
+        self.any.at_advance = true;
+        self.any.at_settle = true;
         self
     }
 
@@ -283,6 +297,11 @@ impl PortDecl {
         self.check(name, spec.shape.width, self.outputs.iter().any(|p| p.name == name));
         self.outputs.push(OutputDecl { name: name.into(), exposed: None, inner: Vec::new(), spec });
         self
+    }
+
+    /// Returns whether the node advances after all others.
+    pub(crate) fn settles(&self) -> bool {
+        self.inputs.iter().any(|input| input.at_settle)
     }
 
     /// Requests state. A node with state is advanced in every tick.

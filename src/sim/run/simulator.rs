@@ -14,7 +14,7 @@ use super::stage::Clock;
 use super::world::World;
 use crate::sim::build::graph::{EventSource, Graph, OutputRef};
 use crate::sim::describe::builder::GraphBuilder;
-use crate::sim::describe::handle::Out;
+use crate::sim::describe::handle::{NodePorts, Out};
 use crate::sim::describe::io::{Outputs, StateMut, StateRef};
 use crate::sim::describe::kind::{Kind, Vector};
 use crate::sim::describe::lowering::Lowering;
@@ -347,6 +347,18 @@ impl Simulator {
     /// values are meaningless, and the call may panic.
     pub fn value_of(&self, of: OutputRef) -> &[Real] {
         self.arenas.source(of.source)
+    }
+
+    /// Returns the state of a node that [`GraphBuilder::node`] or [`Scope::leaf`](crate::sim::Scope::leaf) added, after the
+    /// last tick. `None` for a handle of another graph. A node with parts has no other state.
+    pub fn state(&self, of: &NodePorts) -> Option<StateRef<'_>> {
+        let own = of.builder == self.graph.builder;
+        let node = &self.graph.nodes[*self.graph.handles.get(of.node).filter(|_| own)?];
+        Some(StateRef {
+            reals: &self.arenas.reals[node.reals.of()],
+            words: &self.arenas.words[node.words.of()],
+            longs: &self.arenas.longs[node.longs.of()],
+        })
     }
 
     /// Returns whether unit number `unit` of a node had an event in the last tick. Units are counted from 0. Returns

@@ -1,6 +1,6 @@
 //! One tick of a running graph.
 //!
-//! A tick does these steps in this order: emit, advance, exchange results with other ranks, update the filters of
+//! A tick does these steps in this order: emit, advance, exchange results with other ranks, settle, update the filters of
 //! connections, check that all numbers are finite, step the world if its period ends, make registered outputs visible to
 //! the next tick, sample the probes. No step allocates.
 //!
@@ -10,7 +10,7 @@
 use super::arena::Arenas;
 use super::simulator::Simulator;
 use super::stage::{Clock, Stage};
-use crate::sim::build::graph::{Graph, Source};
+use crate::sim::build::graph::{Graph, PhasePlan, Source};
 use crate::sim::describe::filter::latch;
 use crate::sim::describe::io::{
     AdvanceIo, EmitIo, Inputs, Outputs, ScratchArena, Slot, StateMut, StateRef,
@@ -47,7 +47,7 @@ impl Simulator {
             cx.node_seed = seeds[node];
             let (earlier, own) = signals.split_at_mut(plan.own.start as usize);
             if plan.gathers.len() > 0 {
-                graph.gather(plan.gathers, earlier, held, gathered);
+                graph.gather(plan.gathers, [earlier, held, &[]], gathered);
             }
             let mut io = EmitIo {
                 inputs: Inputs { slots: &slots[plan.slots.of()], signals: earlier, held, gathered },
@@ -71,24 +71,26 @@ impl Simulator {
         }
         for plan in graph.advances.iter().chain(&graph.divided) {
             if plan.gathers.len() > 0 {
-                graph.gather(plan.gathers, signals, held, gathered);
+                graph.gather(plan.gathers, [signals, held, &[]], gathered);
             }
         }
         let rest = Rest { registered, reals, words, longs, scratch };
         match graph.parts.is_empty() {
-            true => graph.advance(stage, rest),
-            false => team.advance(graph, stage, results, |stage| graph.advance(stage, rest)),
+            true => graph.advance(&graph.advances, stage, rest),
+            false => team.advance(graph, stage, results, |stage| {
+                graph.advance(&graph.advances, stage, rest)
+            }),
         }
-        .map_err(|(node, source)| {
-            let path = graph.nodes[node].path.clone();
-            SimError::Node { path, tick, source }
-        })?;
+        .map_err(|fault| graph.at_fault(tick, fault))?;
         if let Some(messages) = &mut self.messages {
             messages.exchange(tick, &self.arenas.stage.held, &mut self.arenas.results)?;
         }
         let Self { graph, arenas, .. } = self;
         if !graph.parts.is_empty() {
             graph.collect(&arenas.results, &mut arenas.registered);
+        }
+        if !graph.settles.is_empty() {
+            graph.settle(arenas).map_err(|fault| graph.at_fault(tick, fault))?;
         }
         for filter in &graph.lowpasses {
             let input = match filter.source {
@@ -125,8 +127,7 @@ impl Simulator {
         }
         self.graph.gather(
             link.gathers,
-            &self.arenas.stage.signals,
-            &self.arenas.stage.held,
+            [&self.arenas.stage.signals, &self.arenas.stage.held, &[]],
             &mut self.arenas.stage.gathered,
         );
         let inputs = Inputs {
@@ -234,12 +235,32 @@ impl Graph {
         SimError::NonFinite { path, port, value: f32::INFINITY, tick }
     }
 
-    /// Advances all nodes without parts.
-    fn advance(&self, stage: &Stage, rest: Rest<'_>) -> Result<(), (usize, NodeFault)> {
+    fn at_fault(&self, tick: u64, (node, source): (usize, NodeFault)) -> SimError {
+        SimError::Node { path: self.nodes[node].path.clone(), tick, source }
+    }
+
+    /// Advances the nodes that read what all others have written in this tick.
+    fn settle(&self, arenas: &mut Arenas) -> Result<(), (usize, NodeFault)> {
+        let Arenas { stage, registered, reals, words, longs, scratch, .. } = arenas;
+        let Stage { signals, held, gathered, .. } = &mut *stage;
+        for plan in &self.settles {
+            self.gather(plan.gathers, [signals, held, registered], gathered);
+        }
+        let rest = Rest { registered, reals, words, longs, scratch };
+        self.advance(&self.settles, stage, rest)
+    }
+
+    /// Advances nodes without parts.
+    fn advance(
+        &self,
+        plans: &[PhasePlan],
+        stage: &Stage,
+        rest: Rest<'_>,
+    ) -> Result<(), (usize, NodeFault)> {
         let (bodies, slots, outs) = (&self.bodies[..], &self.slots[..], &self.outs[..]);
         let Rest { registered, reals, words, longs, scratch } = rest;
         let mut cx = stage.clock.cx(Seed::new(0));
-        for plan in &self.advances {
+        for plan in plans {
             let node = plan.node as usize;
             cx.node_seed = stage.seeds[node];
             let mut io = AdvanceIo {
@@ -283,9 +304,15 @@ impl Graph {
         }
     }
 
-    /// Sums the sources of a node's inputs, in the order of the sources' paths.
+    /// Sums the sources of a node's inputs, in the order of the sources' paths. Registered outputs are empty before the
+    /// end of the tick, when nobody reads them.
     #[inline]
-    fn gather(&self, which: Span, signals: &[Real], held: &[Real], gathered: &mut [Real]) {
+    fn gather(
+        &self,
+        which: Span,
+        [signals, held, registered]: [&[Real]; 3],
+        gathered: &mut [Real],
+    ) {
         for plan in &self.gathers[which.of()] {
             let into = &mut gathered[plan.into.of()];
             into.fill(0.0);
@@ -293,6 +320,7 @@ impl Graph {
                 let values = match source {
                     Slot::Signal(span) => &signals[span.of()],
                     Slot::Held(span) => &held[span.of()],
+                    Slot::Settled(span) => &registered[span.of()],
                     Slot::Gathered(_) | Slot::OtherPhase => continue,
                 };
                 for (sum, value) in into.iter_mut().zip(values) {

@@ -3,7 +3,7 @@
 use super::expression::{Flow, IntoFlow, Level};
 use super::kinds::FlowKind;
 use super::operators::{flow_operators, flow_ports};
-use crate::neurons::{BilinearPorts, EnsemblePorts, GatePorts};
+use crate::neurons::{BilinearPorts, EnsemblePorts, GatePorts, LearnedPorts};
 use crate::sim::{Out, Pointer, PointerRef, Ports, Real, Scalar, Vector, VocabTag};
 use crate::spa::modules::{MemoryPorts, SuperposePorts, UnbindPorts, WeighPorts};
 use crate::spa::pointer::PointerValue;
@@ -17,6 +17,7 @@ flow_ports!([K: FlowKind] WeighPorts<K>, output: K);
 flow_ports!([K: FlowKind] SuperposePorts<K>, output: K);
 flow_ports!([A: VocabTag, V: VocabTag] MemoryPorts<A, V>, output: Pointer<V>, input: Pointer<A>);
 flow_ports!(@input [] EnsemblePorts, Vector);
+flow_ports!(LearnedPorts, output: Vector);
 
 flow_operators!([K: FlowKind,] Flow<K> => K);
 flow_operators!(['o, K: FlowKind,] &'o Out<K> => K);

@@ -7,7 +7,7 @@ use super::kinds::FlowKind;
 use super::lower::{Lowerer, Sum};
 use crate::sim::{Pointer, PointerRef, Real, Scalar, Space, Vector, VocabTag};
 use crate::spa::algebra::LinearMap;
-use crate::spa::modules::{Rows, Slice, Spread};
+use crate::spa::modules::{Rows, Slice, Sparse, Spread};
 use crate::spa::vocabulary::Vocabulary;
 
 /// Greatest number of components that a slice can reach.
@@ -52,6 +52,48 @@ pub trait FlowExt: IntoFlow + Sized {
     /// ```
     fn transform(self, rows: impl IntoIterator<Item: AsRef<[Real]>>) -> Flow<Vector> {
         by_matrix(self.into_flow(), rows)
+    }
+
+    /// Returns the product of a sparse matrix of `rows` rows with the value. `entries` are row, column and weight, in any
+    /// order; weights for the same place add up. Costs one multiplication per entry. A row or column beyond the matrix, or
+    /// a weight that is not finite, is a fault when the graph is built.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let pair = graph.add("pair", Constant::vector(&[1.0, 2.0]));
+    /// let out = graph.add("out", Add::vector(3));
+    /// graph.route(pair.transform_sparse(3, [(2, 0, 5.0), (0, 1, 0.5)]) >> &out);
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(1))?;
+    /// assert_eq!(*sim.value(&out.output), [1.0, 0.0, 5.0]);
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    fn transform_sparse(
+        self,
+        rows: usize,
+        entries: impl IntoIterator<Item = (usize, usize, Real)>,
+    ) -> Flow<Vector> {
+        by_sparse(self.into_flow(), rows, entries)
+    }
+
+    /// Returns a vector of `width` components that has the value's components from component `at` on, and zeros elsewhere:
+    /// so a route reaches some components of an input. A value that does not fit is a fault when the graph is built.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// let (one, two) = (graph.add("one", Constant::scalar(1.0)), graph.add("two", Constant::scalar(2.0)));
+    /// let both = graph.add("both", Add::vector(2));
+    /// graph.route(one.embed(0, 2) >> &both);
+    /// graph.route(two.embed(1, 2) >> &both);
+    /// let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), SimDuration::from_millis(1))?;
+    /// assert_eq!(*sim.value(&both.output), [1.0, 2.0]);
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    fn embed(self, at: usize, width: usize) -> Flow<Vector> {
+        embedded(self.into_flow(), at, width)
     }
 
     /// Returns the components in `range`. A range beyond the value, or an empty one, is a fault when the graph is built.
@@ -141,6 +183,50 @@ fn by_matrix<A: FlowKind>(
             return Err(format!("the matrix has the number {wrong}; expected finite numbers"));
         }
         Ok(Box::new(Rows { matrix: rows.concat(), dim: width }))
+    })
+}
+
+fn by_sparse<A: FlowKind>(
+    inner: Flow<A>,
+    rows: usize,
+    entries: impl IntoIterator<Item = (usize, usize, Real)>,
+) -> Flow<Vector> {
+    let text = format!("transform({})", inner.text);
+    let entries: Vec<_> = entries.into_iter().collect();
+    let shape = rows.clamp(1, MOST_COMPONENTS);
+    mapped(inner, (text, "transform"), Some(shape), move |from, _| {
+        let width = A::width(from);
+        if !(1..=MOST_COMPONENTS).contains(&rows) {
+            return Err(format!("{rows} rows; expected 1 to {MOST_COMPONENTS}"));
+        }
+        let mut columns = vec![Vec::new(); width];
+        for (row, column, weight) in &entries {
+            if *row >= rows || *column >= width {
+                return Err(format!(
+                    "a weight in row {row} and column {column}; expected rows below {rows} and columns below {width}"
+                ));
+            }
+            if !weight.is_finite() {
+                return Err(format!("the matrix has the number {weight}; expected finite numbers"));
+            }
+            columns[*column].push((*row as u32, *weight));
+        }
+        Ok(Box::new(Sparse { to: rows, columns }))
+    })
+}
+
+fn embedded<A: FlowKind>(inner: Flow<A>, at: usize, width: usize) -> Flow<Vector> {
+    let text = format!("{} at {at}", inner.within(Level::Atom));
+    let shape = width.clamp(1, MOST_COMPONENTS);
+    mapped(inner, (text, "embed"), Some(shape), move |from, _| {
+        let has = A::width(from);
+        if width > MOST_COMPONENTS || at.checked_add(has).is_none_or(|end| end > width) {
+            return Err(format!(
+                "{has} components from component {at} on; expected them within 0..{width}"
+            ));
+        }
+        let columns = (0..has).map(|column| vec![((at + column) as u32, 1.0)]).collect();
+        Ok(Box::new(Sparse { to: width, columns }))
     })
 }
 

@@ -28,7 +28,7 @@ pub use factored::{FactoredSimilarity, FactoredSimilarityPorts, JointMemory, Joi
 pub use gate::Gate;
 pub use goal_buffer::GoalBuffer;
 pub use linear::Linear;
-pub(crate) use maps::{Inverse, Rows, Slice, Spread, WeightedRows, weighted_rows};
+pub(crate) use maps::{Inverse, Rows, Slice, Sparse, Spread, WeightedRows, weighted_rows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};
 pub use pair_decoder::{DecodePairs, DecodePairsPorts};
 pub use resonator::{ResonatorNetwork, ResonatorNetworkPorts};

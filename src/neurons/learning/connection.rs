@@ -1,0 +1,281 @@
+//! The node of a learned connection: computes its output, and lets the rules change its weights.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use multiversion::multiversion;
+
+use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape};
+use crate::sim::{
+    AdvanceIo, EmitIo, Fingerprint, InputSpec, Inputs, Node, NodeFault, OutputSpec, Outputs,
+    PortDecl, Real, ScratchSpec, StateMut, StateSpec, StepCx,
+};
+
+/// Weights that change together: they stay in the first-level cache from rule to rule.
+const STRETCH: usize = 128;
+/// Number of outputs up to which all sources are visited, active or not.
+const FEW_ROWS: usize = 4;
+
+/// A rule with its place in the connection.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub rule: Arc<dyn LearningRule>,
+    pub needs: Needs,
+    /// Name and index of its input.
+    pub signal: Option<(String, usize)>,
+    pub state: Range<usize>,
+}
+
+/// What an exposed output shows.
+#[derive(Debug, Clone)]
+pub(super) enum Shown {
+    State(Range<usize>),
+    Delta,
+}
+
+/// The node of a learned connection.
+pub(super) struct Connection {
+    pub shape: WeightShape,
+    /// Whether the output is computed in emit, from a value.
+    pub emits: bool,
+    /// Width of the first input, and the sources in it.
+    pub pre: (usize, Range<usize>),
+    pub post: Option<(usize, Range<usize>)>,
+    pub switched: bool,
+    pub rules: Vec<Placed>,
+    pub start: Vec<f64>,
+    pub layout: Arc<[(String, Range<usize>)]>,
+    pub shown: Vec<(String, Shown)>,
+}
+
+/// Computes the product of weights and activities. `active` has room for an index per source.
+fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
+    let rows = out.iter_mut().zip(weights.chunks_exact(pre.len()));
+    // Finding the active sources costs more than a few rows.
+    if rows.len() <= FEW_ROWS {
+        rows.for_each(|(out, row)| *out = dot(row, pre) as Real);
+        return;
+    }
+    let mut count = 0;
+    for (eight, of_eight) in pre.chunks(8).enumerate() {
+        if of_eight.iter().fold(0, |bits, a| bits | a.to_bits()) == 0 {
+            continue;
+        }
+        for (at, a) in of_eight.iter().enumerate() {
+            active[count] = (8 * eight + at) as u32;
+            count += usize::from(*a != 0.0);
+        }
+    }
+    let active = &active[..count];
+    let few = 4 * count <= pre.len();
+    for (out, row) in rows {
+        let add = |sum: f64, at: &u32| sum + row[*at as usize] * f64::from(pre[*at as usize]);
+        *out = if few { active.iter().fold(0.0, add) } else { dot(row, pre) } as Real;
+    }
+}
+
+/// Returns the scalar product. Eight sums need no order, so they fit wide registers.
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn dot(weights: &[f64], values: &[Real]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (weights, values) = (weights.as_chunks::<8>(), values.as_chunks::<8>());
+    for (weights, values) in weights.0.iter().zip(values.0) {
+        for lane in 0..8 {
+            sums[lane] += weights[lane] * f64::from(values[lane]);
+        }
+    }
+    let rest = weights.1.iter().zip(values.1);
+    rest.fold(sums.iter().sum(), |sum: f64, (w, v)| sum + w * f64::from(*v))
+}
+
+/// Multiplies changes by a factor and adds them to weights. Returns 0 if all weights are then finite.
+#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+fn add(weights: &mut [f64], change: &mut [f64], factor: f64) -> f64 {
+    let mut sums = [0.0; 8];
+    let (weights, rest) = weights.as_chunks_mut::<8>();
+    let (changes, last) = change.as_chunks_mut::<8>();
+    for (weights, changes) in weights.iter_mut().zip(changes) {
+        for lane in 0..8 {
+            changes[lane] *= factor;
+            weights[lane] += changes[lane];
+            sums[lane] += weights[lane] * 0.0;
+        }
+    }
+    for (weight, change) in rest.iter_mut().zip(last) {
+        *change *= factor;
+        *weight += *change;
+        sums[0] += *weight * 0.0;
+    }
+    sums.iter().sum()
+}
+
+impl Placed {
+    /// Returns what the rule reads.
+    fn tick<'a>(&self, all: LearningTick<'a>, inputs: Inputs<'a>) -> LearningTick<'a> {
+        let signal = self.signal.as_ref().map_or(&[][..], |(_, index)| inputs.get(*index));
+        let output = if self.needs.output { all.output } else { &[] };
+        LearningTick { signal, output, ..all }
+    }
+}
+
+impl Connection {
+    /// Number of values of the state: the weights, then the states of the rules.
+    fn total(&self) -> usize {
+        self.layout.last().map_or(0, |(_, range)| range.end)
+    }
+
+    fn pre<'a>(&self, inputs: Inputs<'a>) -> &'a [Real] {
+        &inputs.get(0)[self.pre.1.clone()]
+    }
+
+    /// Changes all weights, and writes the changes to `delta` if it has room for them. Returns whether the weights are
+    /// finite.
+    fn learn(
+        &self,
+        weights: &mut [f64],
+        states: &[f64],
+        (tick, inputs): (LearningTick<'_>, Inputs<'_>),
+        delta: &mut [Real],
+    ) -> bool {
+        let (columns, learnt) = (self.shape.inputs, weights.len());
+        let mut unsound = 0.0;
+        let state = |rule: &Placed| &states[rule.state.start - learnt..rule.state.end - learnt];
+        for (row, weights) in weights.chunks_exact_mut(columns).enumerate() {
+            let leaves = |placed: &Placed| {
+                placed.rule.leaves(&placed.tick(tick, inputs), state(placed), row)
+            };
+            if delta.is_empty() && self.rules.iter().all(leaves) {
+                continue;
+            }
+            for (index, own) in weights.chunks_mut(STRETCH).enumerate() {
+                let from = index * STRETCH;
+                let mut change = [0.0; STRETCH];
+                let change = &mut change[..own.len()];
+                let of = Stretch { row, columns: from..from + own.len(), weights: own };
+                for rule in &self.rules {
+                    rule.rule.change(&rule.tick(tick, inputs), state(rule), &of, change);
+                }
+                unsound += add(own, change, tick.learning);
+                let delta = delta.get_mut(row * columns + from..).unwrap_or(&mut []);
+                delta.iter_mut().zip(&*change).for_each(|(to, change)| *to = *change as Real);
+            }
+        }
+        unsound == 0.0
+    }
+
+    /// Writes the exposed states.
+    fn show(&self, state: &[f64], outputs: &mut Outputs<'_>) {
+        for (index, (_, shown)) in self.shown.iter().enumerate() {
+            if let Shown::State(range) = shown {
+                let out = outputs.get_mut(index + 1).iter_mut();
+                out.zip(&state[range.clone()]).for_each(|(to, value)| *to = *value as Real);
+            }
+        }
+    }
+}
+
+impl Node for Connection {
+    fn declare(&self, ports: &mut PortDecl) {
+        let WeightShape { outputs, inputs } = self.shape;
+        let (own, first) = (InputSpec::vector(self.pre.0), OutputSpec::vector(outputs));
+        if self.emits {
+            ports.input("input", own.sum()).output("output", first);
+        } else {
+            ports.input("pre", own.at_settle());
+            ports.output("output", first.registered().filtered_only());
+        }
+        if let Some((width, _)) = self.post {
+            ports.input("post", InputSpec::vector(width).at_settle());
+        }
+        if self.switched {
+            ports.input("learning", InputSpec::scalar().sum().at_settle());
+        }
+        for rule in &self.rules {
+            if let (Some((name, _)), Some((_, width))) = (&rule.signal, rule.needs.signal) {
+                ports.input(name, InputSpec::vector(width).sum().at_settle());
+            }
+        }
+        for (name, shown) in &self.shown {
+            let width = match shown {
+                Shown::State(range) => range.len(),
+                Shown::Delta => outputs * inputs,
+            };
+            ports.output(name, OutputSpec::vector(width).registered());
+        }
+        ports.state(StateSpec { longs: self.total(), ..StateSpec::default() });
+        ports.scratch(ScratchSpec { reals: outputs, words: inputs, ..ScratchSpec::default() });
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        for range in [Some(&self.pre.1), self.post.as_ref().map(|(_, range)| range)] {
+            let range = range.cloned().unwrap_or_default();
+            hash.number(range.start as u64).number(range.end as u64);
+        }
+        for placed in &self.rules {
+            hash.text(placed.rule.name());
+            placed.rule.fingerprint(hash);
+        }
+        self.start.iter().for_each(|weight| {
+            hash.real(*weight);
+        });
+    }
+
+    fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
+        let all: &mut [f64] = bytemuck::cast_slice_mut(state.longs);
+        all[..self.start.len()].copy_from_slice(&self.start);
+        for placed in &self.rules {
+            placed.rule.start(self.shape, cx.dt_s(), &mut all[placed.state.clone()]);
+        }
+        self.show(all, registered);
+    }
+
+    fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        let all: &[f64] = bytemuck::cast_slice(io.state.longs);
+        let weights = &all[..self.start.len()];
+        apply(weights, self.pre(io.inputs), io.scratch.words, io.outputs.get_mut(0));
+    }
+
+    fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
+        let inputs = io.inputs;
+        let all: &mut [f64] = bytemuck::cast_slice_mut(io.state.longs);
+        let (weights, states) = all.split_at_mut(self.start.len());
+        let (pre, output) = (self.pre(inputs), &mut io.scratch.reals[..self.shape.outputs]);
+        if !self.emits || self.rules.iter().any(|rule| rule.needs.output) {
+            apply(weights, pre, io.scratch.words, output);
+        }
+        if !self.emits {
+            io.outputs.get_mut(0).copy_from_slice(output);
+        }
+        let learning_at = 1 + usize::from(self.post.is_some());
+        let tick = LearningTick {
+            dt_s: cx.dt_s(),
+            shape: self.shape,
+            pre,
+            post: self.post.as_ref().map_or(&[], |(_, range)| &inputs.get(1)[range.clone()]),
+            output,
+            signal: &[],
+            learning: if self.switched { inputs.scalar(learning_at).into() } else { 1.0 },
+        };
+        let learnt = weights.len();
+        for rule in &self.rules {
+            let state = &mut states[rule.state.start - learnt..rule.state.end - learnt];
+            rule.rule.observe(&rule.tick(tick, inputs), state);
+        }
+        let is_delta = |(_, shown): &(String, Shown)| matches!(shown, Shown::Delta);
+        let delta: &mut [Real] = match self.shown.iter().position(is_delta) {
+            Some(index) => io.outputs.get_mut(index + 1),
+            None => &mut [],
+        };
+        let mut finite = true;
+        match tick.learning == 0.0 {
+            true => delta.fill(0.0),
+            false => finite = self.learn(weights, states, (tick, inputs), delta),
+        }
+        if !finite {
+            let reason = "a weight is no longer a finite number; use a smaller learning rate";
+            return Err(NodeFault { reason: reason.into() });
+        }
+        self.show(all, &mut io.outputs);
+        Ok(())
+    }
+}

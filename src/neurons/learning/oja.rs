@@ -1,0 +1,88 @@
+//! Oja's rule: weights grow between neurons that fire together, and stay bounded.
+
+use super::{
+    LearningRule, LearningTick, Needs, Stretch, WeightShape, check_rate, check_synapse, follow,
+    hash_synapse,
+};
+use crate::neurons::tuning::TuningError;
+use crate::sim::{Fingerprint, Synapse};
+
+/// Oja's rule (Oja, "Simplified neuron model as a principal component analyzer", J Math Biol 15:267, 1982): `w[j][i]`
+/// changes by `rate dt (b[j] a[i] - beta b[j]^2 w[j][i])`.
+///
+/// For constant activities weights go to `a / (beta b)`, by the factor `1 - rate dt beta b^2` per tick. A larger target
+/// feels more change.
+///
+/// State: `pre` and `post`, the filtered activities in Hz. Costs three operations per weight and tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Oja {
+    rate: f64,
+    beta: f64,
+    synapses: [Synapse; 2],
+}
+
+impl Default for Oja {
+    /// The rate is 1e-6.
+    fn default() -> Self {
+        Self::new(1e-6)
+    }
+}
+
+impl Oja {
+    /// Creates the rule. `rate` is at least 0 and finite. Beta is 1, and both activities pass low-passes of 5 ms.
+    pub fn new(rate: f64) -> Self {
+        Self { rate, beta: 1.0, synapses: [Synapse::lowpass_ms(5); 2] }
+    }
+
+    /// Sets the weight of forgetting (at least 0).
+    pub fn beta(mut self, beta: f64) -> Self {
+        self.beta = beta;
+        self
+    }
+
+    /// Sets the filter of the sources' activity.
+    pub fn pre_synapse(mut self, synapse: Synapse) -> Self {
+        self.synapses[0] = synapse;
+        self
+    }
+
+    /// Sets the filter of the targets' activity.
+    pub fn post_synapse(mut self, synapse: Synapse) -> Self {
+        self.synapses[1] = synapse;
+        self
+    }
+}
+
+impl LearningRule for Oja {
+    fn name(&self) -> &'static str {
+        "oja"
+    }
+
+    fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
+        check_rate("rate", self.rate)?;
+        check_rate("beta", self.beta)?;
+        check_synapse("pre_synapse", self.synapses[0])?;
+        check_synapse("post_synapse", self.synapses[1])?;
+        let state = vec![("pre", shape.inputs), ("post", shape.outputs)];
+        Ok(Needs { post: true, state, ..Needs::default() })
+    }
+
+    fn observe(&self, tick: &LearningTick<'_>, state: &mut [f64]) {
+        let (pre, post) = state.split_at_mut(tick.shape.inputs);
+        follow(self.synapses[0], tick.dt_s, tick.pre, pre);
+        follow(self.synapses[1], tick.dt_s, tick.post, post);
+    }
+
+    fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]) {
+        let (pre, post) = state.split_at(tick.shape.inputs);
+        let b = post[of.row];
+        let (grow, shrink) = (self.rate * tick.dt_s * b, self.rate * tick.dt_s * self.beta * b * b);
+        let each = change.iter_mut().zip(of.weights).zip(&pre[of.columns.clone()]);
+        each.for_each(|((change, weight), a)| *change += grow * a - shrink * weight);
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.real(self.rate).real(self.beta);
+        self.synapses.iter().for_each(|synapse| hash_synapse(hash, *synapse));
+    }
+}
