@@ -100,7 +100,11 @@ pub use layers::{
     Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
 };
 pub use lower::{neurons, own_neurons};
-pub use models::{Block, Firing, Lif, LifRate, NeuronModel, Start, Variable};
+pub use models::{
+    AdaptiveLif, AdaptiveLifRate, Block, Draws, Firing, Izhikevich, Lif, LifRate, NeuronModel,
+    PoissonSpiking, RateOf, RectifiedLinear, RegularSpiking, Sigmoid, SpikingRectifiedLinear,
+    Start, StochasticSpiking, Tanh, Variable,
+};
 pub use pattern::{PathPattern, PatternError};
 pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};

@@ -282,9 +282,11 @@ impl Bank {
     /// Steps the ensembles from `first` on by one tick. This process must own them.
     ///
     /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 has no effect.
-    /// Ensembles are independent, so several calls for parts of a bank give the same bits as one call for all.
-    pub fn step(
+    /// `draws` is the key of the random numbers. Ensembles are independent, so several calls for parts of a bank give the
+    /// same bits as one call for all.
+    pub fn step_drawing(
         &self,
+        draws: u64,
         first: usize,
         (values, open): (&[Real], Real),
         state: &mut [Real],
@@ -292,6 +294,7 @@ impl Bank {
     ) {
         let (solved, shape, padded) = (&*self.solved, self.shape(), self.shape().padded());
         let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
+        let draws = (draws, first);
         let first = match &solved.own {
             None => first,
             Some(own) => own.partition_point(|ensemble| *ensemble < first),
@@ -310,8 +313,21 @@ impl Bank {
             biases: &solved.biases[at(padded)],
             decoders: &solved.decoders[at(padded * shape.outputs)],
             values,
+            draws,
         };
         self.model.step_ensembles(&work, state, out);
+    }
+
+    /// Steps without random numbers.
+    #[cfg(test)]
+    pub fn step(
+        &self,
+        first: usize,
+        values: (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
+        self.step_drawing(0, first, values, state, out);
     }
 }
 

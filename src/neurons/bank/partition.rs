@@ -110,14 +110,14 @@ impl Ensembles {
         }
     }
 
-    /// Steps a part. `values` and `out` are those of its ensembles.
+    /// Steps a part. `values` and `out` are those of its ensembles, `draws` the key of their random numbers.
     pub(crate) fn step(
         &self,
-        part: usize,
+        (part, draws): (usize, u64),
         values: (&[Real], Real),
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        self.bank.step(part * self.partition.each, values, state, out);
+        self.bank.step_drawing(draws, part * self.partition.each, values, state, out);
     }
 }

@@ -1,6 +1,7 @@
 //! What the loops over neurons get in one tick.
 
 use super::shape::Shape;
+use crate::neurons::models::Draws;
 use crate::sim::Real;
 
 /// Ensembles and their values in one tick: what
@@ -24,6 +25,16 @@ pub struct Work<'a> {
     pub(super) biases: &'a [Real],
     pub(super) decoders: &'a [Real],
     pub(super) values: &'a [Real],
+    /// Key of the random numbers of the tick, and the index of the first ensemble in its layer.
+    pub(super) draws: (u64, usize),
+}
+
+impl Work<'_> {
+    /// Returns the random numbers of a block, which begins with a neuron of these ensembles.
+    #[inline(always)]
+    pub(super) fn draws(&self, neuron: usize) -> Draws {
+        Draws::new(self.draws.0, self.draws.1 * self.shape.padded() + neuron)
+    }
 }
 
 /// Takes the first `count` numbers off a slice.
