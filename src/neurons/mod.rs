@@ -79,14 +79,19 @@
 
 mod bank;
 mod builder;
+mod built;
 #[cfg(test)]
 mod conformance;
 mod draw;
 mod layers;
 mod lower;
+#[cfg(test)]
+#[path = "../../tests/unit/neuron_models.rs"]
+mod model_tests;
 mod models;
 mod pattern;
 mod plan;
+mod poles;
 mod solve;
 mod solved;
 #[cfg(test)]
@@ -95,9 +100,11 @@ mod tuning;
 
 pub use bank::{Ensembles, Work};
 pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_signature};
+pub use built::{BuiltEnsemble, BuiltLayer, ReadBackError};
 pub use layers::{
-    BilinearPorts, Circuit, Ensemble, EnsemblePorts, GatePorts, Items, Layer, Layers, Map,
-    Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
+    BilinearPorts, Circuit, Encoders, Ensemble, EnsemblePorts, GatePorts, Items, Layer, Layers,
+    Map, Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Target,
+    Through, Values,
 };
 pub use lower::{neurons, own_neurons};
 pub use models::{
@@ -107,5 +114,6 @@ pub use models::{
 };
 pub use pattern::{PathPattern, PatternError};
 pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
+pub use solve::{L1, L2, LeastSquares, NoDecoders, Noisy, NonNegative, Solver};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};
 pub use tuning::{Tuning, TuningError};

@@ -52,8 +52,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::draw::Neurons;
-use super::models::{Firing, NeuronModel, Variable};
-use super::solve::{self, Points};
+use super::models::{Firing, NeuronModel, Start, Variable};
+use super::solve::{self, Points, Special};
 use super::tuning::{TuningError, refuse};
 use crate::sim::{Real, Seed};
 
@@ -99,6 +99,8 @@ pub(crate) struct Recipe<'a> {
     pub fingerprint: u64,
     /// The ensembles to solve for; `None` for all.
     pub own: Option<Vec<usize>>,
+    /// Outputs with points or a solver of their own.
+    pub special: &'a [Special],
 }
 
 #[cfg(test)]
@@ -106,8 +108,13 @@ impl<'a> Recipe<'a> {
     /// A recipe of the default regularisation and a fixed seed.
     pub fn of(model: &'a dyn NeuronModel, dt_s: f64, shape: Shape) -> Self {
         let (seed, fingerprint, own) = (Seed::new(1), 0, None);
-        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own }
+        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own, special: &[] }
     }
+}
+
+/// Returns the seed of an ensemble, from that of its bank.
+pub(crate) fn ensemble_seed(bank: Seed, ensemble: usize) -> Seed {
+    bank.derive_index("ensemble", ensemble as u64)
 }
 
 impl Recipe<'_> {
@@ -130,9 +137,15 @@ impl Recipe<'_> {
             .unwrap_or_else(all)
             .into_par_iter()
             .map(|index| {
-                let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
-                let decoders =
-                    solve::solve(model, &draft.neurons, &draft.points, self.regularisation)?;
+                let seed = ensemble_seed(seed, index);
+                let draft = draft(index, seed)?;
+                let decoders = solve::solve_all(
+                    (model, &draft.neurons),
+                    &draft.points,
+                    self.regularisation,
+                    self.special,
+                    seed,
+                )?;
                 Ok(LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape))
             })
             .collect::<Result<_, TuningError>>()?;
@@ -205,8 +218,8 @@ impl Solved {
 #[derive(Debug, Clone)]
 pub(crate) struct Bank {
     pub solved: Arc<Solved>,
-    model: Arc<dyn NeuronModel>,
-    dt_s: f64,
+    pub model: Arc<dyn NeuronModel>,
+    pub dt_s: f64,
     firing: Firing,
     variables: Vec<Variable>,
     /// For each ensemble, the input below which no neuron leaves its rest.
@@ -234,6 +247,13 @@ impl Bank {
 
     pub fn shape(&self) -> Shape {
         self.solved.shape
+    }
+
+    /// Sets the start of a variable, if the model has it.
+    pub fn start(&mut self, name: &str, start: Start) {
+        for variable in self.variables.iter_mut().filter(|variable| variable.name == name) {
+            variable.start = start;
+        }
     }
 
     /// Returns whether some current silences every neuron, so that a gate can close.

@@ -147,6 +147,11 @@ impl Populated {
         self.populations.iter().map(|population| &population.bank.solved)
     }
 
+    /// Returns the populations.
+    pub(in crate::neurons) fn populations(&self) -> &[Ensembles] {
+        &self.populations
+    }
+
     /// Returns the banks, to be changed before the graph is built.
     pub(in crate::neurons) fn banks_mut(&mut self) -> impl Iterator<Item = &mut Bank> {
         self.populations.iter_mut().map(|population| &mut population.bank)

@@ -82,12 +82,11 @@ impl Izhikevich {
     /// Steps one neuron in double precision. Returns whether it fires.
     #[inline(always)]
     pub fn step_exactly(&self, dt_s: f64, current: f64, v: &mut f64, u: &mut f64) -> bool {
-        let ms = dt_s * 1e3;
         let current = if current > LEAST_CURRENT { current } else { LEAST_CURRENT };
-        let next = *v + (0.04 * *v * *v + 5.0 * *v + 140.0 - *u + current) * ms;
+        let next = *v + (0.04 * (*v * *v) + 5.0 * *v + 140.0 - *u + current) * 1e3 * dt_s;
         let fires = next >= PEAK;
         *v = if fires { self.reset_voltage } else { next };
-        *u += self.recovery_rate * (self.coupling * *v - *u) * ms;
+        *u += self.recovery_rate * (self.coupling * *v - *u) * 1e3 * dt_s;
         *u += if fires { self.reset_recovery } else { 0.0 };
         fires
     }
@@ -174,7 +173,7 @@ impl NeuronModel for Izhikevich {
         for (((v, u), fired), (current, activity)) in state.zip(currents.iter().zip(activity)) {
             let least = LEAST_CURRENT as Real;
             let current = if *current > least { *current } else { least };
-            let next = *v + (0.04 * *v * *v + 5.0 * *v + 140.0 - *u + current) * ms;
+            let next = *v + (0.04 * (*v * *v) + 5.0 * *v + 140.0 - *u + current) * ms;
             let fires = next >= PEAK as Real;
             *v = if fires { c } else { next };
             *u += a * (b * *v - *u) * ms + if fires { d } else { 0.0 };
