@@ -83,6 +83,8 @@ pub enum ReadBackError {
 /// let mut graph = GraphBuilder::new();
 /// let square = Ensemble::new(1).decode("square", 1, |x, out| out[0] = x[0] * x[0]);
 /// let a = graph.add("a", square);
+/// let given = graph.add("given", Constant::vector(&[0.5]));
+/// graph.route(&given >> &a.input);
 /// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
 /// let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
 ///
@@ -92,7 +94,6 @@ pub enum ReadBackError {
 /// assert!(built.error("square")? < 0.02);
 /// let curves = built.tuning_curves(array![[-1.0], [0.0], [1.0]].view())?;
 /// assert_eq!(curves.dim(), (3, 100));
-/// # let _ = a;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy)]

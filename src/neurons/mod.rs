@@ -26,11 +26,18 @@
 //! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons;
 //! - [`Population::Neurons`]: neurons of any [`NeuronModel`], such as one of your own.
 //!
+//! The models are [`Lif`], [`AdaptiveLif`], [`Izhikevich`], [`SpikingRectifiedLinear`], [`RegularSpiking`],
+//! [`StochasticSpiking`] and [`PoissonSpiking`], which spike, and [`LifRate`], [`AdaptiveLifRate`], [`RectifiedLinear`],
+//! [`Sigmoid`], [`Tanh`] and [`RateOf`] any model, which have rates.
+//!
 //! [`Tuning`] sets the number of the neurons and the ranges from which they are drawn. A [`SolvedModel`] keeps neurons
 //! and decoders, so that later runs do not solve for them again.
 //!
-//! A new neuron model implements [`NeuronModel`], a new kind of layer implements [`Layer`]. Nothing else knows them one
-//! by one.
+//! An [`Ensemble`] may have encoders, intercepts, rates, evaluation points, a model and solvers of its own.
+//! [`BuiltLayer`] reads back what any layer was built with: neurons, decoders, their error, tuning curves.
+//!
+//! A new neuron model implements [`NeuronModel`], a new kind of layer implements [`Layer`], a new solver [`Solver`].
+//! Nothing else knows them one by one.
 //!
 //! # Example
 //!
@@ -71,8 +78,7 @@
 //! # What this module does not do
 //!
 //! - It knows no symbols: semantic pointers and their algebra are in the module `spa`, which builds on this one.
-//! - It has the neuron models [`Lif`] and [`LifRate`], and no learning rules: decoders are solved when the graph is
-//!   built.
+//! - It has no learning rules: decoders are solved when the graph is built.
 //! - Ensembles cannot be connected neuron to neuron. All connections carry decoded values.
 //! - It reads no Nengo models. For equal parameters, spikes and decoded values agree with those of Nengo; the tests
 //!   check this. The random draws of the two programs differ.

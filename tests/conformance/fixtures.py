@@ -132,12 +132,34 @@ def models():
     return held
 
 
+def solvers():
+    """Returns rates of a small ensemble at points, targets there, and the decoders of Nengo's and scipy's solvers."""
+    rng = np.random.RandomState(5)
+    kind = nengo.LIF()
+    gain, bias = kind.gain_bias(rng.uniform(200, 400, 24), rng.uniform(-0.9, 0.8, 24))
+    points = rng.uniform(-1, 1, (80, 1))
+    encoders = rng.choice([-1.0, 1.0], (24, 1))
+    rates = kind.rates(points @ encoders.T, gain, bias)
+    targets = np.concatenate([points, points**2], axis=1)
+    held = {"rates": rates, "targets": targets}
+    for name, solver in {
+        "l2": nengo.solvers.LstsqL2(reg=0.1),
+        "l2_weak": nengo.solvers.LstsqL2(reg=0.01),
+        "plain": nengo.solvers.Lstsq(rcond=0.01),
+        "non_negative": nengo.solvers.Nnls(),
+        "non_negative_l2": nengo.solvers.NnlsL2(reg=0.1),
+    }.items():
+        held[name] = solver(rates, targets, rng=rng)[0]
+    return held
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     compare = "--compare" in sys.argv[2:]
     bad = 0
     fixtures = {name: lambda name=name: one(name) for name in CASES}
     fixtures["models"] = models
+    fixtures["solvers"] = solvers
     for name, make in fixtures.items():
         path, now = folder / f"{name}.npz", make()
         if not compare:

@@ -12,6 +12,7 @@ mod things;
 
 mod determinism;
 mod engine;
+mod ensembles;
 mod files;
 mod models;
 mod npz;
@@ -20,4 +21,5 @@ mod populations;
 mod probes;
 mod seeds_and_time;
 mod solved;
+mod solvers;
 mod wiring;

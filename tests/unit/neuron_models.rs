@@ -108,7 +108,9 @@ fn rates_gains_and_biases_are_nengos() {
         model.rates_single(&mut single);
         for (ours, theirs) in single.iter().zip(&theirs) {
             let off = (f64::from(*ours) - theirs).abs();
-            assert!(off <= 2e-5 * theirs.abs().max(1e-3), "{name}: {ours} {theirs}");
+            // The count of spikes may change by one with the last digit of a current.
+            let counted = name.starts_with("izhikevich") && off <= 1.0;
+            assert!(counted || off <= 2e-5 * theirs.abs().max(1e-3), "{name}: {ours} {theirs}");
         }
         let built = matrix(&mut npz, format!("{name}_gain_bias"));
         for (i, (rate, intercept)) in rates.iter().zip(&intercepts).enumerate() {
