@@ -4,9 +4,7 @@
 
 use std::error::Error;
 
-use symbolt::neurons::{
-    Block, BuiltLayer, Ensemble, Firing, NeuronModel, Start, TuningError, Variable,
-};
+use symbolt::neurons::{Block, BuiltLayer, Ensemble, Firing, NeuronModel, Start, Variable};
 use symbolt::prelude::*;
 use symbolt::sim::{Fingerprint, Real};
 
@@ -20,9 +18,6 @@ struct Quadratic;
 impl NeuronModel for Quadratic {
     fn name(&self) -> &'static str {
         "quadratic"
-    }
-    fn check(&self, _dt_s: f64) -> Result<(), TuningError> {
-        Ok(())
     }
     /// The time from -10 to 10 has a closed form. Gain and bias are found by search.
     fn rates(&self, currents: &mut [f64]) {

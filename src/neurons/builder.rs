@@ -31,7 +31,8 @@ pub struct PopulationBuilder<'a> {
     pub(super) in_rates: bool,
 }
 
-/// What is decoded from the ensembles of a bank: the functions with their widths, and outputs with points or a solver of their own.
+/// What is decoded from the ensembles of a bank: the functions with their widths, and outputs with points or a solver
+/// of their own.
 #[derive(Clone)]
 pub(super) struct Outputs {
     pub functions: Vec<(String, usize)>,
@@ -276,8 +277,8 @@ impl NeuronSpec {
         self.tuning.max_rates[0]..=self.tuning.max_rates[1]
     }
 
-    /// Draws neurons whose encoders are random directions. Intercepts follow the distribution of a coordinate of a random
-    /// direction.
+    /// Draws neurons whose encoders are random directions. Intercepts follow the distribution of a coordinate of a
+    /// random direction.
     pub(super) fn directions<R: Rng>(
         &self,
         (count, dims): (usize, usize),
@@ -321,8 +322,8 @@ impl NeuronSpec {
     }
 }
 
-/// Returns a number that differs between processors on which decoders are solved to different bits: a hash of the decoders
-/// of a small bank. Takes some milliseconds.
+/// Returns a number that differs between processors on which decoders are solved to different bits: a hash of the
+/// decoders of a small bank. Takes some milliseconds.
 ///
 /// Ranks that solve the same graph on processors of different kinds compare it at the start
 /// ([`Ranks::differs`](crate::sim::Ranks::differs)).

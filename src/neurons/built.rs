@@ -266,8 +266,8 @@ impl BuiltEnsemble {
         Err(ReadBackError::Function { asked: function.into(), choices })
     }
 
-    /// Returns the decoders of a function: a row per neuron and a column per number of its value. The decoded value is the
-    /// sum of rates (Hz) times rows. In the precision in which they run.
+    /// Returns the decoders of a function: a row per neuron and a column per number of its value. The decoded value is
+    /// the sum of rates (Hz) times rows. In the precision in which they run.
     ///
     /// # Errors
     /// [`ReadBackError::Function`] if there is no such function.
@@ -283,8 +283,8 @@ impl BuiltEnsemble {
         Ok(own.unwrap_or_else(|| self.points.columns(&columns)))
     }
 
-    /// Returns the evaluation points of a function, a row per point, in the unit of the represented value; and the target
-    /// values there, a row per point.
+    /// Returns the evaluation points of a function, a row per point, in the unit of the represented value; and the
+    /// target values there, a row per point.
     ///
     /// # Errors
     /// [`ReadBackError::Function`] if there is no such function.
@@ -298,8 +298,8 @@ impl BuiltEnsemble {
         Ok((values, points.targets()))
     }
 
-    /// Returns the decoding error of a function: the root of the mean square difference between decoded and target values
-    /// at its evaluation points, without noise of spikes. In the unit of the function.
+    /// Returns the decoding error of a function: the root of the mean square difference between decoded and target
+    /// values at its evaluation points, without noise of spikes. In the unit of the function.
     ///
     /// # Errors
     /// [`ReadBackError::Function`] if there is no such function.
@@ -310,8 +310,8 @@ impl BuiltEnsemble {
         Ok(off.mapv(|x| x * x).mean().unwrap_or_default().sqrt())
     }
 
-    /// Returns tuning curves: the rates (Hz) at `points`, a row per point and a column per neuron. Points have a row each, in the unit
-    /// of the represented value.
+    /// Returns tuning curves: the rates (Hz) at `points`, a row per point and a column per neuron. Points have a row
+    /// each, in the unit of the represented value.
     ///
     /// # Errors
     /// [`ReadBackError::Points`] if the points have another width than the ensemble.
@@ -324,8 +324,8 @@ impl BuiltEnsemble {
         Ok(rates::<f64>(&*self.model, &self.neurons, &values))
     }
 
-    /// Returns response curves: the rates (Hz) of each neuron at values along its own encoder, in units of the radius. A row per value
-    /// and a column per neuron.
+    /// Returns response curves: the rates (Hz) of each neuron at values along its own encoder, in units of the radius.
+    /// A row per value and a column per neuron.
     pub fn response_curves(&self, along: &[f64]) -> Array2<f64> {
         let mut curves = Array2::from_shape_fn((along.len(), self.neurons.count()), |(at, n)| {
             self.gains()[n] * along[at] + self.biases()[n]
@@ -336,11 +336,12 @@ impl BuiltEnsemble {
         curves
     }
 
-    /// Returns the full weights of a connection that decodes `function` into ensemble `to`: a row per neuron of `to` and a
-    /// column per neuron of this ensemble, in current per Hz. `gain (encoder . D) / radius` of the target.
+    /// Returns the full weights of a connection that decodes `function` into ensemble `to`: a row per neuron of `to`
+    /// and a column per neuron of this ensemble, in current per Hz. `gain (encoder . D) / radius` of the target.
     ///
     /// # Errors
-    /// [`ReadBackError::Function`] if there is no such function; [`ReadBackError::Points`] if its width is not that of `to`.
+    /// [`ReadBackError::Function`] if there is no such function; [`ReadBackError::Points`] if its width is not that of
+    /// `to`.
     pub fn weights(&self, function: &str, to: &Self) -> Result<Array2<f64>, ReadBackError> {
         let decoders = self.decoders(function)?;
         let (found, dims) = (decoders.ncols(), to.neurons.dims);

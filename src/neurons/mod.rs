@@ -27,8 +27,8 @@
 //! - [`Population::Neurons`]: neurons of any [`NeuronModel`], such as one of your own.
 //!
 //! The models are [`Lif`], [`AdaptiveLif`], [`Izhikevich`], [`SpikingRectifiedLinear`], [`RegularSpiking`],
-//! [`StochasticSpiking`] and [`PoissonSpiking`], which spike, and [`LifRate`], [`AdaptiveLifRate`], [`RectifiedLinear`],
-//! [`Sigmoid`], [`Tanh`] and [`RateOf`] any model, which have rates.
+//! [`StochasticSpiking`] and [`PoissonSpiking`], which spike, and [`LifRate`], [`AdaptiveLifRate`],
+//! [`RectifiedLinear`], [`Sigmoid`], [`Tanh`] and [`RateOf`] any model, which have rates.
 //!
 //! [`Tuning`] sets the number of the neurons and the ranges from which they are drawn. A [`SolvedModel`] keeps neurons
 //! and decoders, so that later runs do not solve for them again.

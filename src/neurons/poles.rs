@@ -34,8 +34,8 @@ impl Between<'_> {
         out[self.output]
     }
 
-    /// Follows a change of sign, or the greatest magnitude. Returns the place and value where it ends, and the magnitude
-    /// after a few steps.
+    /// Follows a change of sign, or the greatest magnitude. Returns the place and value where it ends, and the
+    /// magnitude after a few steps.
     fn follow(&self, changes_sign: bool) -> (f64, f64, f64) {
         let (mut low, mut high, mut early) = (0.0, 1.0, 0.0);
         let sign = self.at(0.0) < 0.0;
@@ -66,12 +66,13 @@ impl Between<'_> {
     }
 }
 
-/// Checks that a function of the ball around 0 is finite at the center and at both ends of the first 64 axes, and that it has no poles between
-/// points, so far as they can be seen.
+/// Checks that a function of the ball around 0 is finite at the center and at both ends of the first 64 axes, and that
+/// it has no poles between points, so far as they can be seen.
 ///
-/// Between neighbouring points (in one dimension; else points that follow each other) where the function changes its sign, the change is followed by halving; in
-/// one dimension, so are the greatest magnitudes. A pole is where values then grow without end: at last beyond 30 times those at both
-/// points, 1,000 times the median, and 10 times what they were after some steps. `points` and `values` have a row per point. Costs some thousand calls of the function.
+/// Between neighbouring points (in one dimension; else points that follow each other) where the function changes its
+/// sign, the change is followed by halving; in one dimension, so are the greatest magnitudes. A pole is where values
+/// then grow without end: at last beyond 30 times those at both points, 1,000 times the median, and 10 times what they
+/// were after some steps. `points` and `values` have a row per point. Costs some thousand calls of the function.
 pub(super) fn check(
     function: &Function<'_>,
     radius: f64,

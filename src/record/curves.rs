@@ -26,8 +26,8 @@ pub struct Curves<'a> {
 }
 
 impl Curves<'_> {
-    /// Draws one curve for each column of `curves`, whose rows belong to the numbers `at`. As SVG; empty if it cannot be drawn, such as
-    /// without numbers.
+    /// Draws one curve for each column of `curves`, whose rows belong to the numbers `at`. As SVG; empty if it cannot
+    /// be drawn, such as without numbers.
     pub fn to_svg(&self, at: ArrayView1<'_, f64>, curves: ArrayView2<'_, f64>) -> String {
         let range = |values: &mut dyn Iterator<Item = f64>| {
             let all = values.filter(|value| value.is_finite());

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ndarray::{Array2, Ix1, Ix2};
 
-use super::models::*;
+use super::models::{series::exp, *};
 use crate::files::npz::NpzReader;
 use crate::sim::Real;
 
@@ -269,6 +269,16 @@ fn bad_parameters_are_refused_by_name() {
         let error = model.check(0.001).expect_err(setting).to_string();
         assert!(error.contains(&format!("`{setting}`")), "{error}");
     }
+}
+
+#[test]
+fn exponentials_are_exact_to_single_precision() {
+    for step in -8_700..=8_700i16 {
+        let x = f32::from(step) / 100.0;
+        let exact = f64::from(x).exp();
+        assert!((f64::from(exp(x)) / exact - 1.0).abs() < 3e-7, "{x}");
+    }
+    assert!(exp(f32::MAX).is_finite() && exp(f32::MIN) < 1e-37);
 }
 
 /// Mean and variance of the activity in a tick, over ticks and neurons, at the rate of a rectified linear base.

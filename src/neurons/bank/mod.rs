@@ -261,8 +261,8 @@ impl Bank {
         self.quiet >= 0.0
     }
 
-    /// Writes the states of all parts at the start of a run. `parts` are their places in `state`, one after another. The
-    /// values do not depend on the parts.
+    /// Writes the states of all parts at the start of a run. `parts` are their places in `state`, one after another.
+    /// The values do not depend on the parts.
     pub fn init(&self, state: &mut [Real], parts: impl Iterator<Item = Range<usize>> + Clone) {
         let (shape, count) = (self.shape(), self.variables.len());
         for (index, variable) in self.variables.iter().enumerate() {
@@ -302,8 +302,8 @@ impl Bank {
     /// Steps the ensembles from `first` on by one tick. This process must own them.
     ///
     /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 has no effect.
-    /// `draws` is the key of the random numbers. Ensembles are independent, so several calls for parts of a bank give the
-    /// same bits as one call for all.
+    /// `draws` is the key of the random numbers. Ensembles are independent, so several calls for parts of a bank give
+    /// the same bits as one call for all.
     pub fn step_drawing(
         &self,
         draws: u64,
@@ -389,7 +389,11 @@ impl LaidOut {
                 let decoder = solved[neuron * shape.outputs + k] * unit;
                 decoders[neuron * shape.outputs + k] = decoder as Real;
             }
-            let most = neurons.gains[neuron] + neurons.biases[neuron].abs();
+            let row = &neurons.encoders[neuron * dims..][..dims];
+            let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // Directions have length 1 but for rounding.
+            let length = if length > 1.000_001 { length } else { 1.0 };
+            let most = neurons.gains[neuron].abs() * length + neurons.biases[neuron].abs();
             silencing = silencing.max(2.0 * most - level.min(0.0));
         }
         // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|) + level, if level is below 0.

@@ -33,11 +33,11 @@ struct Decoded {
 /// All functions read the same neurons: each costs decoders, but no further neurons. It is also a module, which adds
 /// the layer as its node `neurons`.
 ///
-/// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension times
-/// [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
+/// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
+/// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
 /// radius, and intercepts from the distribution of one of its coordinates, so that neurons fire where values are
-/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, without a radius. Solving costs
-/// O(points x neurons^2), about 0.1 s for 1,000 neurons.
+/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, without a radius. Solving costs O(points x
+/// neurons^2), about 0.1 s for 1,000 neurons.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
@@ -101,10 +101,10 @@ impl Ensemble {
         Self { dims, copies: 1, radius: 1.0, size: 1.0, functions, settings }
     }
 
-    /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are not
-    /// finite within the radius are a fault when the graph is built with neurons. Besides the evaluation points these are checked: the
-    /// center, both ends of each axis, and poles between points where the sign changes (in one dimension also where magnitudes peak). Points
-    /// of your own are checked alone.
+    /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are
+    /// not finite within the radius are a fault when the graph is built with neurons. Besides the evaluation points
+    /// these are checked: the center, both ends of each axis, and poles between points where the sign changes (in one
+    /// dimension also where magnitudes peak). Points of your own are checked alone.
     pub fn decode(
         self,
         name: &str,
@@ -140,8 +140,8 @@ impl Ensemble {
         self
     }
 
-    /// Multiplies the number of neurons by `share` (above 0; the default is 1). Each ensemble must end up with 1 to 10,000
-    /// neurons; anything else is a fault when the graph is built.
+    /// Multiplies the number of neurons by `share` (above 0; the default is 1). Each ensemble must end up with 1 to
+    /// 10,000 neurons; anything else is a fault when the graph is built.
     pub fn size(mut self, share: Real) -> Self {
         self.size = share;
         self
@@ -349,8 +349,8 @@ impl Ensemble {
         values
     }
 
-    /// Returns the targets at points in units of the radius, a row per point, and checks them. They are 0 for functions with points of
-    /// their own.
+    /// Returns the targets at points in units of the radius, a row per point, and checks them. They are 0 for functions
+    /// with points of their own.
     fn targets(&self, values: &[f64]) -> Result<Vec<f64>, TuningError> {
         let (dims, outputs, radius) = (self.dims, self.outputs(), f64::from(self.radius));
         let mut wanted = vec![0.0; values.len() / dims * outputs];

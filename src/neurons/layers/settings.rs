@@ -35,7 +35,8 @@ impl Values {
         Self(Source::Between(low, high))
     }
 
-    /// Takes the numbers as they are: one per neuron, in all copies of the ensemble alike, or one per neuron of all copies.
+    /// Takes the numbers as they are: one per neuron, in all copies of the ensemble alike, or one per neuron of all
+    /// copies.
     pub fn given(values: impl Into<Vec<f64>>) -> Self {
         Self(Source::Given(values.into().into()))
     }
@@ -67,7 +68,8 @@ impl Values {
         Err(refuse(name, found, "finite numbers; of a range, in rising order"))
     }
 
-    /// Returns the number of a neuron, which has index `at` among those of all copies. `part` is its part of a range, of so many.
+    /// Returns the number of a neuron, which has index `at` among those of all copies. `part` is its part of a range,
+    /// of so many.
     fn draw(&self, rng: &mut ChaCha8Rng, at: usize, (part, parts): (usize, f64)) -> f64 {
         match &self.0 {
             Source::Between(low, high) => {
@@ -106,8 +108,8 @@ pub(super) fn numbers<'h>(hash: &'h mut Fingerprint, all: &[f64]) -> &'h mut Fin
     all.iter().fold(hash, |hash, value| hash.real(*value))
 }
 
-/// The directions in which the neurons of an ensemble are tuned: a row of as many numbers as the ensemble has dimensions, for each
-/// neuron. Rows are scaled to length 1.
+/// The directions in which the neurons of an ensemble are tuned: a row of as many numbers as the ensemble has
+/// dimensions, for each neuron. Rows are scaled to length 1.
 #[derive(Clone)]
 pub struct Encoders {
     source: Source<Vec<f64>, Arc<DrawRow>>,
@@ -124,7 +126,8 @@ impl Encoders {
         Self::drawn(on_sphere)
     }
 
-    /// Takes the rows as they are: one per neuron, in all copies of the ensemble alike, or one per neuron of all copies.
+    /// Takes the rows as they are: one per neuron, in all copies of the ensemble alike, or one per neuron of all
+    /// copies.
     pub fn given<R: Into<Vec<f64>>>(rows: impl IntoIterator<Item = R>) -> Self {
         Self::of(Source::Given(rows.into_iter().map(Into::into).collect()))
     }
@@ -337,8 +340,8 @@ impl Settings {
         self.max_rates.is_none() && self.gains_and_biases.is_none()
     }
 
-    /// Draws the neurons of a copy. Each kind of number has random numbers of its own, so setting one does not change the
-    /// others.
+    /// Draws the neurons of a copy. Each kind of number has random numbers of its own, so setting one does not change
+    /// the others.
     pub fn draw(
         &self,
         NeuronSpec { model, tuning }: &NeuronSpec,
@@ -414,8 +417,8 @@ impl Settings {
 
 /// # Settings of the neurons
 ///
-/// What is not set comes from the plan. Settings have no effect in direct mode, but are checked in every mode; what depends on the
-/// number of neurons is checked when the graph is built with neurons. All of them enter the fingerprint.
+/// What is not set comes from the plan. Settings have no effect in direct mode, but are checked in every mode; what
+/// depends on the number of neurons is checked when the graph is built with neurons. All of them enter the fingerprint.
 impl Ensemble {
     /// Sets the encoders.
     ///
@@ -431,7 +434,8 @@ impl Ensemble {
         self
     }
 
-    /// Sets the intercepts: where along its encoder, in units of the radius, each neuron begins to fire (at least -1, below 1).
+    /// Sets the intercepts: where along its encoder, in units of the radius, each neuron begins to fire (at least -1,
+    /// below 1).
     pub fn intercepts(mut self, intercepts: impl Into<Values>) -> Self {
         self.settings.intercepts = Some(intercepts.into());
         self
@@ -443,8 +447,8 @@ impl Ensemble {
         self
     }
 
-    /// Sets gains and biases, in place of intercepts and maximum rates: one of each per neuron, in all copies alike, or one per
-    /// neuron of all copies. A neuron gets the current `gain (encoder . x) / radius + bias`.
+    /// Sets gains and biases, in place of intercepts and maximum rates: one of each per neuron, in all copies alike, or
+    /// one per neuron of all copies. A neuron gets the current `gain (encoder . x) / radius + bias`.
     pub fn gains_and_biases(
         mut self,
         gains: impl Into<Vec<f64>>,
@@ -454,15 +458,15 @@ impl Ensemble {
         self
     }
 
-    /// Sets the number of evaluation points (1 to 1,000,000), which are drawn evenly from the ball. Default: 1.5 per neuron, at least
-    /// 500 and at most 3,000.
+    /// Sets the number of evaluation points (1 to 1,000,000), which are drawn evenly from the ball. Default: 1.5 per
+    /// neuron, at least 500 and at most 3,000.
     pub fn evaluation_count(mut self, count: usize) -> Self {
         self.settings.points = Some(Ok(count));
         self
     }
 
-    /// Sets the evaluation points: rows of as many numbers as the ensemble has dimensions, in the unit of the represented value.
-    /// Functions need to be finite at these points alone.
+    /// Sets the evaluation points: rows of as many numbers as the ensemble has dimensions, in the unit of the
+    /// represented value. Functions need to be finite at these points alone.
     pub fn evaluation_points<R: Into<Vec<f64>>>(
         mut self,
         rows: impl IntoIterator<Item = R>,
@@ -478,8 +482,8 @@ impl Ensemble {
         self
     }
 
-    /// Sets the start of a [`Variable`](crate::neurons::Variable) of the neurons, by its name. Models without any state, such as those of rates,
-    /// ignore it.
+    /// Sets the start of a [`Variable`](crate::neurons::Variable) of the neurons, by its name. Models without any
+    /// state, such as those of rates, ignore it.
     pub fn start(mut self, variable: &str, start: Start) -> Self {
         self.settings.starts.push((variable.into(), start));
         self

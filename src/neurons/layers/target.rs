@@ -9,7 +9,8 @@ use crate::sim::{Fingerprint, Real};
 
 type Function = Arc<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;
 
-/// What an [`Ensemble`](super::Ensemble) decodes under one name: see [`Ensemble::decode_as`](super::Ensemble::decode_as).
+/// What an [`Ensemble`](super::Ensemble) decodes under one name: see
+/// [`Ensemble::decode_as`](super::Ensemble::decode_as).
 ///
 /// ```
 /// use symbolt::neurons::{Ensemble, NonNegative, Target};
@@ -29,8 +30,8 @@ pub struct Target {
 }
 
 impl Target {
-    /// A function of the vector, whose value has `width` numbers. The closure gets the vector and writes the value; numbers
-    /// that it does not write are 0.
+    /// A function of the vector, whose value has `width` numbers. The closure gets the vector and writes the value;
+    /// numbers that it does not write are 0.
     pub fn function(
         width: usize,
         function: impl Fn(&[Real], &mut [Real]) + Send + Sync + 'static,
@@ -38,8 +39,8 @@ impl Target {
         Self { width, function: Arc::new(function), samples: None, points: None, solver: None }
     }
 
-    /// The function that has `values` at `points`, a row each, in the units of the represented value and of the output. Decoders are
-    /// solved from these rows alone; direct mode takes the value at the nearest point.
+    /// The function that has `values` at `points`, a row each, in the units of the represented value and of the output.
+    /// Decoders are solved from these rows alone; direct mode takes the value at the nearest point.
     pub fn samples<P: Into<Vec<f64>>, V: Into<Vec<f64>>>(
         points: impl IntoIterator<Item = P>,
         values: impl IntoIterator<Item = V>,
@@ -67,8 +68,8 @@ impl Target {
         self
     }
 
-    /// Sets the evaluation points of this function: rows in the unit of the represented value. The function needs to be finite at these
-    /// points alone.
+    /// Sets the evaluation points of this function: rows in the unit of the represented value. The function needs to be
+    /// finite at these points alone.
     pub fn evaluation_points<R: Into<Vec<f64>>>(
         mut self,
         rows: impl IntoIterator<Item = R>,
@@ -105,7 +106,8 @@ impl Target {
         }
     }
 
-    /// Returns the points of this function in units of the radius, with their targets; `None` if it has none of its own.
+    /// Returns the points of this function in units of the radius, with their targets; `None` if it has none of its
+    /// own.
     pub(super) fn own_points(&self, radius: f64) -> Option<Points> {
         let rows = match &self.samples {
             Some([points, _]) => points,

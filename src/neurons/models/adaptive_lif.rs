@@ -11,9 +11,9 @@ use crate::sim::{Fingerprint, Real};
 /// A [`Lif`] neuron whose spikes reduce its current (La Camera et al., "Minimal models of adapted neuronal response to
 /// in vivo-like input currents", 2004).
 ///
-/// A tick is one of [`Lif`] at the current `J - n`; then `n` changes by `(dt / tau_n) (inc_n out - n)`. `out` is 1 / dt in
-/// the tick of a spike, so a spike adds `inc_n / tau_n`. A constant current leads to the rate r at which
-/// `r = f(J - inc_n r)`, f being the rate of [`Lif`].
+/// A tick is one of [`Lif`] at the current `J - n`; then `n` changes by `(dt / tau_n) (inc_n out - n)`. `out` is 1 / dt
+/// in the tick of a spike, so a spike adds `inc_n / tau_n`. A constant current leads to the rate r at which `r = f(J -
+/// inc_n r)`, f being the rate of [`Lif`].
 ///
 /// Tuning and decoders are those of [`Lif`] without adaptation, as in Nengo. State: `voltages` (0 to 1 at the start),
 /// `refractory times` and `adaptation` (both 0).
@@ -78,8 +78,8 @@ impl AdaptiveLif {
         }
     }
 
-    /// Steps one neuron in double precision, as [`Lif::step_exactly`] does; `adaptation` starts at 0. Returns whether the
-    /// neuron fires.
+    /// Steps one neuron in double precision, as [`Lif::step_exactly`] does; `adaptation` starts at 0. Returns whether
+    /// the neuron fires.
     pub fn step_exactly(
         &self,
         dt_s: f64,

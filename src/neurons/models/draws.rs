@@ -4,9 +4,9 @@ use crate::sim::Real;
 
 /// The random numbers of a block of neurons in one tick.
 ///
-/// A number depends on the run seed, the path of the layer, the tick, the index of the neuron in its layer and the index
-/// of the number alone. So it does not depend on threads, ranks, snapshots, or how blocks are cut. Each costs two rounds of a 32-bit
-/// mixer (Mulvey and Wellons, "Prospecting for hash functions", 2018), without branches.
+/// A number depends on the run seed, the path of the layer, the tick, the index of the neuron in its layer and the
+/// index of the number alone. So it does not depend on threads, ranks, snapshots, or how blocks are cut. Each costs two
+/// rounds of a 32-bit mixer (Mulvey and Wellons, "Prospecting for hash functions", 2018), without branches.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Draws {
     key: [u32; 2],
@@ -14,7 +14,8 @@ pub struct Draws {
 }
 
 impl Draws {
-    /// The numbers of a tick, whose key is a hash of seed, path and tick. `first` is the index of the block's first neuron.
+    /// The numbers of a tick, whose key is a hash of seed, path and tick. `first` is the index of the block's first
+    /// neuron.
     #[inline(always)]
     pub(in crate::neurons) fn new(key: u64, first: usize) -> Self {
         Self { key: [key as u32, (key >> 32) as u32], first: first as u32 }

@@ -1,9 +1,12 @@
 //! The neuron of Izhikevich, which bursts, chatters or resonates.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Block, Firing, NeuronModel, Start, Variable, check_seconds, least_current, line, rate_at,
+    Block, Firing, NeuronModel, SPIKES, Start, Variable, check_seconds, least_current, line,
+    rate_at,
 };
 use crate::neurons::tuning::{TuningError, refuse};
 use crate::sim::{Fingerprint, Real};
@@ -11,11 +14,13 @@ use crate::sim::{Fingerprint, Real};
 /// A neuron of Izhikevich ("Simple model of spiking neurons", 2003): `v' = 0.04 v^2 + 5 v + 140 - u + J` and
 /// `u' = a (b v - u)`, per millisecond. It fires at v = 30; then `v = c` and `u` grows by d.
 ///
-/// A tick is that of Nengo, not the two half steps of the paper: J is at least -30; one Euler step of v over the whole tick; the test
-/// and the reset; one Euler step of u, with the new v; and then the growth by d. With it, ticks above 1 ms are refused.
+/// A tick is that of Nengo, not the two half steps of the paper: J is at least -30; one Euler step of v over the whole
+/// tick; the test and the reset; one Euler step of u, with the new v; and then the growth by d. With it, ticks above 1
+/// ms are refused.
 ///
-/// There is no closed form of the rate. [`rates`](NeuronModel::rates) counts the spikes of one second, after one tick from v = 0
-/// and u = 0, in ticks of 1 ms, as Nengo does; gains and biases are found by a search, about 1 ms per neuron. Rates so are whole numbers.
+/// There is no closed form of the rate. [`rates`](NeuronModel::rates) counts the spikes of one second, after one tick
+/// from v = 0 and u = 0, in ticks of 1 ms, as Nengo does; gains and biases are found by a search, about 1 ms per
+/// neuron. Rates so are whole numbers.
 ///
 /// State: `voltages` (at the start between c and c + 15) and `recoveries` (`b c`). The defaults are those of regular
 /// spiking; other constructors give the other types of the paper.
@@ -156,7 +161,7 @@ impl NeuronModel for Izhikevich {
         vec![
             Variable { name: "voltages", start: voltages },
             Variable { name: "recoveries", start: recoveries },
-            Variable { name: "spikes of the tick", start: Start::At(0.0) },
+            SPIKES,
         ]
     }
 
@@ -182,8 +187,63 @@ impl NeuronModel for Izhikevich {
         }
     }
 
+    fn rate_form(&self) -> Option<Arc<dyn NeuronModel>> {
+        let mut rates: Vec<f64> = (0..ENTRIES).map(|i| LEAST_CURRENT + STEP * i as f64).collect();
+        self.rates(&mut rates);
+        Some(Arc::new(Tabulated { model: *self, rates: rates.into() }))
+    }
+
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.text(self.name()).real(self.recovery_rate).real(self.coupling);
         hash.real(self.reset_voltage).real(self.reset_recovery);
+    }
+}
+
+/// Currents in the table of rates, and the distance between two.
+const ENTRIES: usize = 4_121;
+const STEP: f64 = 0.25;
+
+/// The rates of a neuron from a table of currents from -30 to 1,000, linear between its entries: counting spikes takes
+/// a thousand ticks.
+#[derive(Debug, Clone)]
+struct Tabulated {
+    model: Izhikevich,
+    rates: Arc<[f64]>,
+}
+
+impl Tabulated {
+    fn rate(&self, current: f64) -> f64 {
+        let at = ((current - LEAST_CURRENT) / STEP).clamp(0.0, (ENTRIES - 1) as f64);
+        let entry = (at as usize).min(ENTRIES - 2);
+        let [low, high] = [self.rates[entry], self.rates[entry + 1]];
+        low + (high - low) * (at - entry as f64)
+    }
+}
+
+impl NeuronModel for Tabulated {
+    fn name(&self) -> &'static str {
+        "izhikevich rate"
+    }
+
+    fn check(&self, dt_s: f64) -> Result<(), TuningError> {
+        self.model.check(dt_s)
+    }
+
+    fn rates(&self, currents: &mut [f64]) {
+        currents.iter_mut().for_each(|current| *current = self.rate(*current));
+    }
+
+    fn firing(&self) -> Firing {
+        Firing::Rates
+    }
+
+    fn step(&self, block: Block<'_>) {
+        for (activity, current) in block.activity.iter_mut().zip(block.currents) {
+            *activity = self.rate(f64::from(*current)) as Real;
+        }
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.model.fingerprint(hash.text(self.name()));
     }
 }

@@ -30,6 +30,55 @@ macro_rules! tuned_as {
     };
 }
 
+/// Declares neurons that fire at the rates of a model, by a function that turns rates in `Block::activity` into spikes.
+/// The last variable of their state is the number of spikes in the tick.
+macro_rules! spikes_from_rates {
+    ($(#[$doc:meta])* $model:ident, $name:literal, $state:expr, $spikes:path) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone)]
+        pub struct $model(std::sync::Arc<dyn NeuronModel>);
+
+        impl $model {
+            /// Makes neurons that fire at the rates of `model`, its [`rates`](NeuronModel::rates). Its state has no
+            /// part in it.
+            pub fn new(model: impl NeuronModel) -> Self {
+                Self(std::sync::Arc::new(model))
+            }
+        }
+
+        impl NeuronModel for $model {
+            fn name(&self) -> &'static str {
+                $name
+            }
+
+            tuned_as!(this => this.0);
+
+            fn check(&self, dt_s: f64) -> Result<(), TuningError> {
+                self.0.check(dt_s)
+            }
+
+            fn firing(&self) -> Firing {
+                Firing::Spikes { trace: $state.len() - 1, above: 0.0 }
+            }
+
+            fn state(&self) -> Vec<Variable> {
+                $state.to_vec()
+            }
+
+            #[inline(always)]
+            fn step(&self, block: Block<'_>) {
+                block.activity.copy_from_slice(block.currents);
+                self.0.rates_single(block.activity);
+                $spikes(block);
+            }
+
+            fn fingerprint(&self, hash: &mut Fingerprint) {
+                self.0.fingerprint(hash.text(self.name()));
+            }
+        }
+    };
+}
+
 mod adaptive_lif;
 mod draws;
 mod izhikevich;
@@ -39,7 +88,7 @@ mod poisson_spiking;
 mod rate_of;
 mod rectified_linear;
 mod regular_spiking;
-mod series;
+pub(super) mod series;
 mod sigmoid;
 mod stochastic_spiking;
 mod tanh;
@@ -78,16 +127,19 @@ pub trait NeuronModel: fmt::Debug + Send + Sync + 'static {
     /// Checks the parameters, for ticks of `dt_s` seconds.
     ///
     /// # Errors
-    /// [`TuningError::Setting`] if a parameter or the tick is outside its range.
-    fn check(&self, dt_s: f64) -> Result<(), TuningError>;
+    /// [`TuningError::Setting`] if a parameter or the tick is outside its range. The default accepts all.
+    fn check(&self, dt_s: f64) -> Result<(), TuningError> {
+        let _ = dt_s;
+        Ok(())
+    }
 
     /// Returns the gain and bias of a neuron with the given maximum rate (Hz) and intercept.
     ///
     /// Let x be the represented value along the encoder of the neuron, in units of the radius. The current is
     /// `gain x + bias`. The neuron begins to fire at x = `intercept` and fires at `max_rate` at x = 1.
     ///
-    /// The default searches for the current of the rate by bisection on [`rates`](Self::rates), which costs about a hundred
-    /// calls, and takes the current of the intercept from [`onset`](Self::onset).
+    /// The default searches for the current of the rate by bisection on [`rates`](Self::rates), which costs about a
+    /// hundred calls, and takes the current of the intercept from [`onset`](Self::onset).
     ///
     /// # Errors
     /// [`TuningError::Setting`] if no neuron of this model has this rate and intercept.
@@ -111,25 +163,29 @@ pub trait NeuronModel: fmt::Debug + Send + Sync + 'static {
         least_current(|current| rate_at(self, current) > 1e-3, 1e-12).unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// Replaces constant currents by the rates at them, in Hz. Decoders are solved from these. The rates of some models are
-    /// negative for some currents.
+    /// Replaces constant currents by the rates at them, in Hz. Decoders are solved from these. The rates of some models
+    /// are negative for some currents.
     fn rates(&self, currents: &mut [f64]);
 
     /// Replaces currents by rates in single precision, which is enough for most decoders. A relative error of 1e-5 does
     /// no harm.
     fn rates_single(&self, currents: &mut [f32]) {
-        for current in currents {
-            let mut rate = [f64::from(*current)];
-            self.rates(&mut rate);
-            *current = rate[0] as f32;
+        let mut rates = [0.0; 32];
+        for currents in currents.chunks_mut(rates.len()) {
+            let rates = &mut rates[..currents.len()];
+            rates.iter_mut().zip(&*currents).for_each(|(to, from)| *to = f64::from(*from));
+            self.rates(rates);
+            currents.iter_mut().zip(rates).for_each(|(to, from)| *to = *from as f32);
         }
     }
 
     /// Returns what the activity of a neuron is: spikes or a rate.
     fn firing(&self) -> Firing;
 
-    /// Returns the numbers that a neuron keeps from tick to tick.
-    fn state(&self) -> Vec<Variable>;
+    /// Returns the numbers that a neuron keeps from tick to tick: by default none.
+    fn state(&self) -> Vec<Variable> {
+        Vec::new()
+    }
 
     /// Steps a block of neurons by one tick: updates their state and writes their activity. Must neither allocate, lock
     /// nor log, and treat every neuron alike: blocks are cut in any way.
@@ -142,8 +198,8 @@ pub trait NeuronModel: fmt::Debug + Send + Sync + 'static {
         f64::NEG_INFINITY
     }
 
-    /// Returns the model that stands for this one in [`Population::Rate`](super::Population::Rate). The default, `None`,
-    /// stands for [`RateOf`] this model: activities are [`rates`](Self::rates).
+    /// Returns the model that stands for this one in [`Population::Rate`](super::Population::Rate). The default,
+    /// `None`, stands for [`RateOf`] this model: activities are [`rates`](Self::rates).
     fn rate_form(&self) -> Option<Arc<dyn NeuronModel>> {
         None
     }
@@ -165,8 +221,8 @@ pub trait NeuronModel: fmt::Debug + Send + Sync + 'static {
 pub enum Firing {
     /// Its firing rate, in Hz.
     Rates,
-    /// The number of its spikes in the tick, which may be above 1 or, for rates below 0, negative. A spike counts as a rate
-    /// of 1 / dt for one tick.
+    /// The number of its spikes in the tick, which may be above 1 or, for rates below 0, negative. A spike counts as a
+    /// rate of 1 / dt for one tick.
     Spikes {
         /// Index of a [`Variable`] that tells whether the neuron has fired in the tick that left its state.
         trace: usize,
@@ -217,6 +273,10 @@ pub struct Block<'a> {
     /// Random numbers of this tick.
     pub draws: Draws,
 }
+
+/// What neurons that count up to their next spike keep, and what those keep whose spikes are counted.
+const VOLTAGES: Variable = Variable { name: "voltages", start: Start::Between(0.0, 1.0) };
+const SPIKES: Variable = Variable { name: "spikes of the tick", start: Start::At(0.0) };
 
 /// Returns the rate of a model at one current.
 fn rate_at<M: NeuronModel + ?Sized>(model: &M, current: f64) -> f64 {

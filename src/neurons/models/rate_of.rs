@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Block, Firing, NeuronModel, Variable};
+use super::{Block, Firing, NeuronModel};
 use crate::neurons::tuning::TuningError;
 use crate::sim::Fingerprint;
 
@@ -45,10 +45,6 @@ impl NeuronModel for RateOf {
 
     fn firing(&self) -> Firing {
         Firing::Rates
-    }
-
-    fn state(&self) -> Vec<Variable> {
-        Vec::new()
     }
 
     fn step(&self, block: Block<'_>) {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Block, Firing, NeuronModel, Start, Variable, below_limit, line};
+use super::{Block, Firing, NeuronModel, SPIKES, VOLTAGES, Variable, below_limit, line};
 use crate::neurons::tuning::TuningError;
 use crate::sim::{Fingerprint, Real};
 
@@ -10,9 +10,9 @@ use crate::sim::{Fingerprint, Real};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct RectifiedLinear;
 
-/// A [`RectifiedLinear`] neuron that spikes: it counts `J dt` up and fires at each whole number (Voelker et al., "A spike
-/// in performance: training hybrid-spiking neural networks with quantized activation functions", 2020). It may fire
-/// several times in a tick.
+/// A [`RectifiedLinear`] neuron that spikes: it counts `J dt` up and fires at each whole number (Voelker et al., "A
+/// spike in performance: training hybrid-spiking neural networks with quantized activation functions", 2020). It may
+/// fire several times in a tick.
 ///
 /// State: `voltages` (0 to 1 at the start) and `spikes of the tick`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -27,10 +27,6 @@ fn rectified(current: f32) -> f32 {
 impl NeuronModel for RectifiedLinear {
     fn name(&self) -> &'static str {
         "rectified linear"
-    }
-
-    fn check(&self, _dt_s: f64) -> Result<(), TuningError> {
-        Ok(())
     }
 
     fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
@@ -52,10 +48,6 @@ impl NeuronModel for RectifiedLinear {
 
     fn firing(&self) -> Firing {
         Firing::Rates
-    }
-
-    fn state(&self) -> Vec<Variable> {
-        Vec::new()
     }
 
     #[inline(always)]
@@ -81,17 +73,12 @@ impl NeuronModel for SpikingRectifiedLinear {
 
     tuned_as!(_this => RectifiedLinear);
 
-    fn check(&self, _dt_s: f64) -> Result<(), TuningError> {
-        Ok(())
-    }
-
     fn firing(&self) -> Firing {
         Firing::Spikes { trace: 1, above: 0.0 }
     }
 
     fn state(&self) -> Vec<Variable> {
-        let voltages = Variable { name: "voltages", start: Start::Between(0.0, 1.0) };
-        vec![voltages, Variable { name: "spikes of the tick", start: Start::At(0.0) }]
+        vec![VOLTAGES, SPIKES]
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::series::{exp, replace};
-use super::{Block, Firing, NeuronModel, Variable, below_limit, check_seconds, line};
+use super::{Block, Firing, NeuronModel, below_limit, check_seconds, line};
 use crate::neurons::tuning::TuningError;
 use crate::sim::Fingerprint;
 
@@ -61,10 +61,6 @@ impl NeuronModel for Sigmoid {
 
     fn firing(&self) -> Firing {
         Firing::Rates
-    }
-
-    fn state(&self) -> Vec<Variable> {
-        Vec::new()
     }
 
     #[inline(always)]

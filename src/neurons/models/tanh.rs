@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::series::{exp, replace};
-use super::{Block, Firing, NeuronModel, Variable, below_limit, check_seconds, line};
+use super::{Block, Firing, NeuronModel, below_limit, check_seconds, line};
 use crate::neurons::tuning::TuningError;
 use crate::sim::Fingerprint;
 
-/// A neuron whose rate is the hyperbolic tangent of its current: `(1 / tau_ref) tanh(J)`. The rate is negative for currents
-/// below 0. The neuron keeps no state and never falls silent, so it cannot stand behind a gate.
+/// A neuron whose rate is the hyperbolic tangent of its current: `(1 / tau_ref) tanh(J)`. The rate is negative for
+/// currents below 0. The neuron keeps no state and never falls silent, so it cannot stand behind a gate.
 ///
 /// Its intercept is the value at which the rate is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -67,10 +67,6 @@ impl NeuronModel for Tanh {
 
     fn firing(&self) -> Firing {
         Firing::Rates
-    }
-
-    fn state(&self) -> Vec<Variable> {
-        Vec::new()
     }
 
     #[inline(always)]

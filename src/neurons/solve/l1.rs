@@ -6,11 +6,11 @@ use super::{Solver, check_parameter, greatest, normal};
 use crate::neurons::tuning::{TuningError, refuse};
 use crate::sim::{Fingerprint, Seed};
 
-/// The elastic net: least `|A d - y|^2 / (2 m) + a |d|_1 + b |d|^2 / 2`, with `a = l1 r` and `b = l2 r^2` for the greatest
-/// rate r (`LstsqL1` of Nengo). Most decoders are 0.
+/// The elastic net: least `|A d - y|^2 / (2 m) + a |d|_1 + b |d|^2 / 2`, with `a = l1 r` and `b = l2 r^2` for the
+/// greatest rate r (`LstsqL1` of Nengo). Most decoders are 0.
 ///
-/// Solved by coordinate descent (Friedman, Hastie and Tibshirani, "Regularization paths for generalized linear models via coordinate
-/// descent", 2010): a sweep costs `n^2` operations for n neurons, and there are at most `sweeps`.
+/// Solved by coordinate descent (Friedman, Hastie and Tibshirani, "Regularization paths for generalized linear models
+/// via coordinate descent", 2010): a sweep costs `n^2` operations for n neurons, and there are at most `sweeps`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct L1 {
     /// Weight of the magnitudes (at least 0). Default: 1e-4.

@@ -6,8 +6,8 @@ use super::{Solver, check_parameter, greatest, solve_normal};
 use crate::neurons::tuning::TuningError;
 use crate::sim::{Fingerprint, Seed};
 
-/// Regularised least squares: `(A^T A + m s^2 I) D = A^T Y`, for the rates A at m points and s = `regularisation` times the greatest
-/// rate (Eliasmith and Anderson 2003, chapter 2; `LstsqL2` of Nengo). In double precision.
+/// Regularised least squares: `(A^T A + m s^2 I) D = A^T Y`, for the rates A at m points and s = `regularisation` times
+/// the greatest rate (Eliasmith and Anderson 2003, chapter 2; `LstsqL2` of Nengo). In double precision.
 ///
 /// Costs `m n^2 + n^3 / 3` operations for n neurons. Without a solver, an ensemble uses the same equations with
 /// [`Tuning::regularisation`](crate::neurons::Tuning::regularisation), faster.

@@ -66,11 +66,13 @@ pub trait Solver: fmt::Debug + Send + Sync + 'static {
     /// Returns the name of the solver in messages.
     fn name(&self) -> &'static str;
 
-    /// Returns decoders, a row per neuron and a column per output. `rates` has a row per evaluation point and a column per
-    /// neuron, in Hz; `targets` has a row per point and a column per output. Random numbers must come from the seed.
+    /// Returns decoders, a row per neuron and a column per output. `rates` has a row per evaluation point and a column
+    /// per neuron, in Hz; `targets` has a row per point and a column per output. Random numbers must come from the
+    /// seed.
     ///
     /// # Errors
-    /// [`TuningError::Setting`] for parameters outside their range; [`TuningError::Unsolvable`] if there is no solution.
+    /// [`TuningError::Setting`] for parameters outside their range; [`TuningError::Unsolvable`] if there is no
+    /// solution.
     fn solve(
         &self,
         rates: ArrayView2<'_, f64>,
@@ -141,8 +143,8 @@ fn solve_by(
     Ok(solved.iter().copied().collect())
 }
 
-/// Returns the products of the neurons' rates with each other plus `ridge` on the diagonal (only the upper triangle is complete), and with the
-/// targets.
+/// Returns the products of the neurons' rates with each other plus `ridge` on the diagonal (only the upper triangle is
+/// complete), and with the targets.
 fn normal(
     rates: ArrayView2<'_, f64>,
     targets: ArrayView2<'_, f64>,

@@ -7,8 +7,8 @@ use super::{Solver, check_parameter, greatest, solve_normal};
 use crate::neurons::tuning::TuningError;
 use crate::sim::{Fingerprint, Seed};
 
-/// Least squares on rates to which normal noise was added (`LstsqNoise` of Nengo), or by which they were multiplied (`LstsqMultNoise`).
-/// The noise regularises: with many points, added noise gives the decoders of [`L2`](super::L2).
+/// Least squares on rates to which normal noise was added (`LstsqNoise` of Nengo), or by which they were multiplied
+/// (`LstsqMultNoise`). The noise regularises: with many points, added noise gives the decoders of [`L2`](super::L2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noisy {
     noise: f64,

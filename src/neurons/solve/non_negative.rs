@@ -1,16 +1,16 @@
 //! Least squares with decoders that are not negative.
 
-use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
 
 use super::{Solver, check_parameter, dense, greatest, normal};
 use crate::neurons::tuning::TuningError;
 use crate::sim::{Fingerprint, Seed};
 
-/// Least squares with decoders of at least 0, such as those of excitatory neurons (`Nnls` of Nengo; `NnlsL2` with a regularisation as in
-/// [`L2`](super::L2)).
+/// Least squares with decoders of at least 0, such as those of excitatory neurons (`Nnls` of Nengo), with a
+/// regularisation as in [`L2`](super::L2).
 ///
-/// By active sets on the normal equations (Bro and de Jong, "A fast non-negativity-constrained least squares algorithm", 1997): up to
-/// `n^4 / 12` operations for n neurons.
+/// By active sets on the normal equations (Bro and de Jong, "A fast non-negativity-constrained least squares
+/// algorithm", 1997): up to `n^4 / 12` operations for n neurons.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NonNegative {
     /// Noise that is expected, as a fraction of the greatest rate (at least 0). Default: 0.
@@ -31,8 +31,9 @@ fn solve_one(gram: &Array2<f64>, wanted: ArrayView1<'_, f64>) -> Array1<f64> {
         passive[next] = true;
         loop {
             let set: Vec<usize> = (0..n).filter(|i| passive[*i]).collect();
-            let mut inner = gram.select(Axis(0), &set).select(Axis(1), &set);
-            let mut solved = wanted.select(Axis(0), &set).insert_axis(Axis(1));
+            let count = set.len();
+            let mut inner = Array2::from_shape_fn((count, count), |(i, j)| gram[(set[i], set[j])]);
+            let mut solved = Array2::from_shape_fn((count, 1), |(i, _)| wanted[set[i]]);
             if dense::solve(inner.view_mut(), solved.view_mut()).is_none() {
                 (passive[next], dependent[next]) = (false, true);
                 break;
