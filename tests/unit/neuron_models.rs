@@ -116,10 +116,12 @@ fn rates_gains_and_biases_are_nengos() {
         for (i, (rate, intercept)) in rates.iter().zip(&intercepts).enumerate() {
             let (gain, bias) = model.gain_bias(*rate, *intercept).expect("possible");
             if name.starts_with("izhikevich") {
-                // Nengo interpolates a table; we search. What both mean is the rate and the onset.
-                let mut ours = [gain + bias, gain * intercept + bias - 1e-5];
+                // Nengo interpolates a table; we search for the least current that reaches the rate, which the steps of
+                // a rate may pass by far.
+                let most = gain + bias;
+                let mut ours = [most, most - 1e-4 * most, gain * intercept + bias - 1e-5];
                 model.rates(&mut ours);
-                assert!((ours[0] - rate).abs() <= 3.0 && ours[1] == 0.0, "{name}: {ours:?}");
+                assert!(ours[0] >= *rate && ours[1] < *rate && ours[2] == 0.0, "{name}: {ours:?}");
                 continue;
             }
             assert!((gain - built[(0, i)]).abs() <= 1e-9 * gain.abs(), "{name}: {gain}");
