@@ -6,9 +6,10 @@ use symbolt::neurons::{
     LifRate, LifSpec, Map, NoDecoders, Noisy, NonNegative, PoissonSpiking, Population,
     PopulationPlan, ReadBackError, RectifiedLinear, RegularSpiking, Sigmoid, SolvedModel, Solver,
     SpikingRectifiedLinear, Start, StochasticSpiking, Tanh, Target, Tuning, TuningError, Values,
+    own_neurons,
 };
 use symbolt::sim::{
-    Constant, Fingerprint, Graph, GraphBuilder, Ports, ProbeSpec, Real, RunConfig, Seed,
+    Constant, Fingerprint, Graph, GraphBuilder, Ports, ProbeSpec, Ranks, Real, RunConfig, Seed,
     SimDuration, Simulator, Synapse, Threads, Timebase, Vector,
 };
 
@@ -415,7 +416,8 @@ fn states_start_where_they_are_set() {
     let a = graph.add("a", ensemble);
     let given = graph.add("given", Constant::vector(&[0.0]));
     graph.connect(&given, &a.input, Synapse::None);
-    let spikes = graph.probe_spikes("a/neurons");
+    assert_eq!(a.path(), "a/neurons");
+    let spikes = graph.probe_spikes(a.path());
     let sim = graph.run(&lif(), Seed::new(1), SimDuration::from_millis(50)).expect("runs");
     let times: Vec<u64> =
         sim.spikes(&spikes).iter().map(|(time_s, _)| (time_s * 1e3).round() as u64).collect();
@@ -439,7 +441,7 @@ fn functions_as_data_are_decoded_and_looked_up_in_direct_mode() {
 
 #[test]
 fn stochastic_runs_have_the_same_bits_in_any_number_of_threads_and_after_a_reset_and_a_restore() {
-    let describe = || {
+    let describe = |plan: &PopulationPlan| {
         let mut graph = GraphBuilder::new();
         let given = graph.add("given", Constant::vector(&[0.3; 40]));
         let model = PoissonSpiking::new(LifRate::default());
@@ -447,11 +449,11 @@ fn stochastic_runs_have_the_same_bits_in_any_number_of_threads_and_after_a_reset
         graph.connect(&given, &a.input, Synapse::None);
         let probe =
             graph.probe(&a.output("x"), ProbeSpec::default().filtered(Synapse::lowpass_ms(1)));
-        let graph = graph.build(Timebase::default(), &lif(), Seed::new(1)).expect("builds");
+        let graph = graph.build(Timebase::default(), plan, Seed::new(1)).expect("builds");
         (graph, probe)
     };
     let run = |config: RunConfig| {
-        let (graph, probe) = describe();
+        let (graph, probe) = describe(&lif());
         let mut sim = Simulator::new(graph.into(), config).expect("starts");
         let all = |sim: &Simulator| -> Vec<u32> {
             sim.samples(&probe)
@@ -474,6 +476,23 @@ fn stochastic_runs_have_the_same_bits_in_any_number_of_threads_and_after_a_reset
     let one = run(RunConfig::default());
     assert!(one.iter().any(|bits| *bits != 0));
     assert!(run(RunConfig::default().with_threads(Threads::Exactly(3))) == one);
+    // Two ranks: threads stand for processes.
+    let ranked: Vec<Vec<u32>> = std::thread::scope(|scope| {
+        let of = |ranks: Ranks| {
+            let (graph, probe) = describe(&lif().shared(&ranks));
+            assert!(own_neurons(&graph) < 4_000);
+            let mut sim = Simulator::new(graph.into(), RunConfig::default()).expect("starts");
+            sim.run_for(SimDuration::from_millis(80)).expect("runs");
+            sim.samples(&probe)
+                .iter()
+                .flat_map(|(_, row)| row.iter().map(|x| x.to_bits()))
+                .collect()
+        };
+        let threads: Vec<_> =
+            Ranks::in_process(2).into_iter().map(|ranks| scope.spawn(move || of(ranks))).collect();
+        threads.into_iter().map(|thread| thread.join().expect("runs")).collect()
+    });
+    assert!(ranked[0] == one && ranked[1] == one);
     // Another run seed draws other spikes; the neurons are the same.
     assert!(run(RunConfig::seeded(Seed::new(77))) != one);
 }
