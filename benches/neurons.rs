@@ -10,8 +10,9 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use symbolt::neurons::{
-    Layers, Lif, LifSpec, Map, Population, PopulationPlan, Product, Represent, SelectRule,
-    SolvedModel,
+    AdaptiveLif, AdaptiveLifRate, Izhikevich, Layers, Lif, LifRate, LifSpec, Map, PoissonSpiking,
+    Population, PopulationPlan, Product, RateOf, RectifiedLinear, RegularSpiking, Represent,
+    SelectRule, Sigmoid, SolvedModel, SpikingRectifiedLinear, StochasticSpiking, Tanh, Tuning,
 };
 use symbolt::sim::Ports;
 use symbolt::sim::{
@@ -128,6 +129,33 @@ fn layers(c: &mut Criterion) {
     ticks(c, "products", width * 200, graph, &lif());
 }
 
+/// The same layer of 50,000 neurons in every model.
+fn models(c: &mut Criterion) {
+    let of = |model: Population| Plan::all(model);
+    let poisson = PoissonSpiking::new(LifRate::default());
+    let stochastic = StochasticSpiking::new(LifRate::default());
+    let slow = Tuning { max_rates: [60.0, 120.0], ..Tuning::default() };
+    let plans = [
+        ("model_lif", lif()),
+        ("model_lif_rate", rate()),
+        ("model_adaptive_lif", of(Population::neurons(AdaptiveLif::default()))),
+        ("model_adaptive_lif_rate", of(Population::neurons(AdaptiveLifRate::default()))),
+        ("model_izhikevich", of(Population::neurons(Izhikevich::default()).tuned(|_| slow))),
+        ("model_rectified_linear", of(Population::neurons(RectifiedLinear))),
+        ("model_spiking_rectified", of(Population::neurons(SpikingRectifiedLinear))),
+        ("model_sigmoid", of(Population::neurons(Sigmoid::default()))),
+        ("model_tanh", of(Population::neurons(Tanh::default()))),
+        ("model_regular", of(Population::neurons(RegularSpiking::new(LifRate::default())))),
+        ("model_stochastic", of(Population::neurons(stochastic))),
+        ("model_poisson", of(Population::neurons(poisson))),
+        ("model_rate_of_lif", of(Population::neurons(RateOf::new(Lif::default())))),
+    ];
+    for (name, plan) in plans {
+        let graph = vector_layer(|s| s.map("map", Map::each(500, |x| x)), 500);
+        ticks(c, name, 50_000, graph, &plan);
+    }
+}
+
 fn vocabulary() -> Vocabulary<Things> {
     VocabularyBuilder::new(DIM, Seed::new(1)).pointers(["A", "B", "C"]).build().expect("room")
 }
@@ -228,5 +256,5 @@ fn standard(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, layers, modules, standard);
+criterion_group!(benches, layers, models, modules, standard);
 criterion_main!(benches);

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
-use super::bank::{Bank, Draft, Ensembles, LoadBalance, Partition, Recipe, Shape};
+use super::bank::{Bank, Draft, Ensembles, LoadBalance, Partition, Recipe, Shape, ensemble_seed};
+use super::built::Origin;
 use super::draw::{Neurons, cosine, on_sphere, part_of_pointer};
 use super::models::NeuronModel;
 use super::plan::NeuronSpec;
-use super::solve::Points;
+use super::poles;
+use super::solve::{Points, Special};
 use super::solved::SolvedModel;
-use super::tuning::{Tuning, TuningError, refuse};
+use super::tuning::{Tuning, TuningError};
 use crate::sim::{Fingerprint, Seed, fnv1a};
 
 /// Builds the populations of one layer, for [`Layer::neural`](super::Layer::neural).
@@ -25,6 +27,18 @@ pub struct PopulationBuilder<'a> {
     pub(super) solved: Option<&'a SolvedModel>,
     /// Assigns the parts of the populations to ranks.
     pub(super) balance: &'a LoadBalance,
+    /// Whether the plan asks for rates of neurons instead of spikes.
+    pub(super) in_rates: bool,
+}
+
+/// What is decoded from the ensembles of a bank: the functions with their widths, and outputs with points or a solver
+/// of their own.
+#[derive(Clone)]
+pub(super) struct Outputs {
+    pub functions: Vec<(String, usize)>,
+    pub special: Vec<Special>,
+    /// Whether neurons are drawn by the tuning, so that its greatest rate must be possible.
+    pub tuned: bool,
 }
 
 /// Ensembles of one dimension, one for each component of a vector.
@@ -77,11 +91,6 @@ const SCALAR_POINTS: usize = 300;
 /// Radius of a pointer's ensemble, in units of the usual norm of the part that it represents.
 const POINTER_ROOM: f64 = 1.2;
 
-/// The error for a function whose value cannot be decoded.
-pub(super) fn not_finite(value: f64, at: impl std::fmt::Debug) -> TuningError {
-    refuse("function", format!("{value} at {at:?}"), "finite values within the radius")
-}
-
 impl PopulationBuilder<'_> {
     /// Returns the tuning that the plan gives to the layer.
     pub fn tuning(&self) -> &Tuning {
@@ -130,7 +139,13 @@ impl PopulationBuilder<'_> {
         let values: Vec<f64> = (0..SCALAR_POINTS as u32).map(point).collect();
         let wanted: Vec<f64> = values.iter().map(|v| function(v * radius)).collect();
         if let Some((value, at)) = wanted.iter().zip(&values).find(|(v, _)| !v.is_finite()) {
-            return Err(not_finite(*value, (at * radius) as f32));
+            return Err(poles::not_finite(*value, (at * radius) as f32));
+        }
+        let one = |x: &[f64], out: &mut [f64]| out[0] = function(x[0]);
+        let at: Vec<f64> = values.iter().map(|v| v * radius).collect();
+        match of.onset {
+            Onset::Anywhere => poles::check(&one, radius, (&at, 1), (&wanted, 1))?,
+            _ => poles::between(&one, (&at, 1), (&wanted, 1))?,
         }
         let own_marks = match of.onset {
             Onset::Anywhere => vec![radius],
@@ -141,14 +156,15 @@ impl PopulationBuilder<'_> {
             }
         };
         let marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
-        self.bank((shape, partition), role, &marks, |_, seed| {
-            let neurons = match of.onset {
-                Onset::Anywhere => self.scalar(neurons, seed)?,
+        let (spec, onset) = (self.spec.clone(), of.onset);
+        self.bank((shape, partition), role, &marks, move |_, seed| {
+            let neurons = match onset {
+                Onset::Anywhere => spec.scalar(neurons, seed)?,
                 Onset::Above(_) => {
-                    self.upward(neurons, seed, |share| low + (0.95 - low) * share)?
+                    spec.upward(neurons, seed, |share| low + (0.95 - low) * share)?
                 }
                 Onset::JustAbove { mean, .. } => {
-                    self.upward(neurons, seed, |share| (low - (1.0 - share).ln() * mean).min(0.95))?
+                    spec.upward(neurons, seed, |share| (low - (1.0 - share).ln() * mean).min(0.95))?
                 }
             };
             let points = Points { values: values.clone(), wanted: wanted.clone(), outputs: 1 };
@@ -171,9 +187,10 @@ impl PopulationBuilder<'_> {
         let ball = radius * usual * POINTER_ROOM;
         let points = (neurons * 3 / 2).clamp(300, 2_000);
         let partition = self.balance.partition(shape, 1);
-        self.bank((shape, partition), "pointer", &[ball, usual, points as f64], |_, seed| {
+        let spec = self.spec.clone();
+        self.bank((shape, partition), "pointer", &[ball, usual, points as f64], move |_, seed| {
             let mut rng = seed.rng();
-            let neurons = self.directions((neurons, dims), &mut rng)?;
+            let neurons = spec.directions((neurons, dims), &mut rng)?;
             let mut values = vec![0.0; points * dims];
             for value in values.chunks_exact_mut(dims) {
                 part_of_pointer(&mut rng, value, width);
@@ -193,13 +210,31 @@ impl PopulationBuilder<'_> {
         (shape, partition): (Shape, Partition),
         role: &str,
         marks: &[f64],
-        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
+        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Send + Sync + 'static,
+    ) -> Result<Ensembles, TuningError> {
+        let functions = vec![("out".into(), shape.outputs)];
+        let outputs = Outputs { functions, special: Vec::new(), tuned: true };
+        self.bank_of((shape, partition), role, marks, outputs, draft)
+    }
+
+    /// As [`bank`](Self::bank), with outputs of any kind.
+    pub(super) fn bank_of(
+        &self,
+        (shape, partition): (Shape, Partition),
+        role: &str,
+        marks: &[f64],
+        outputs: Outputs,
+        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Send + Sync + 'static,
     ) -> Result<Ensembles, TuningError> {
         let NeuronSpec { model, tuning } = self.spec;
         model.check(self.dt_s)?;
         tuning.check()?;
-        // A rate that is not possible fails for every seed.
-        model.gain_bias(tuning.max_rates[1], 0.0)?;
+        if outputs.tuned {
+            // A rate that is not possible fails for every seed. Draws do not reach the upper end of a range.
+            let [low, high] = tuning.max_rates;
+            model.gain_bias(high - 1e-9 * (high - low), 0.0)?;
+        }
+        let seed = self.seed.derive("", role);
         let (fingerprint, own) =
             (self.fingerprint(shape, role, marks), partition.own(shape.ensembles));
         let solved = match (self.solved, own) {
@@ -209,13 +244,16 @@ impl PopulationBuilder<'_> {
             }
             (None, own) => {
                 let (dt_s, regularisation) = (self.dt_s, tuning.regularisation);
-                let seed = self.seed.derive("", role);
-                let model = &**model;
-                let recipe = Recipe { model, dt_s, shape, regularisation, seed, fingerprint, own };
-                Arc::new(recipe.solve(draft)?)
+                let (model, special) = (&**model, &*outputs.special);
+                let recipe =
+                    Recipe { model, dt_s, shape, regularisation, seed, fingerprint, own, special };
+                Arc::new(recipe.solve(&draft)?)
             }
         };
-        Ok(Ensembles { bank: Bank::new(solved, model.clone(), self.dt_s), partition })
+        let Outputs { functions, special, .. } = outputs;
+        let draft = Box::new(move |ensemble| draft(ensemble, ensemble_seed(seed, ensemble)));
+        let origin = Arc::new(Origin { functions, special, draft });
+        Ok(Ensembles { bank: Bank::new(solved, model.clone(), self.dt_s), partition, origin })
     }
 
     /// Hashes everything that determines the tuning and the decoders.
@@ -232,19 +270,21 @@ impl PopulationBuilder<'_> {
         }
         hash.value()
     }
+}
 
+impl NeuronSpec {
     fn max_rates(&self) -> RangeInclusive<f64> {
-        self.tuning().max_rates[0]..=self.tuning().max_rates[1]
+        self.tuning.max_rates[0]..=self.tuning.max_rates[1]
     }
 
-    /// Draws neurons whose encoders are random directions. Intercepts follow the distribution of a coordinate of a random
-    /// direction.
+    /// Draws neurons whose encoders are random directions. Intercepts follow the distribution of a coordinate of a
+    /// random direction.
     pub(super) fn directions<R: Rng>(
         &self,
         (count, dims): (usize, usize),
         rng: &mut R,
     ) -> Result<Neurons, TuningError> {
-        let (model, rates) = (&*self.spec.model, self.max_rates());
+        let (model, rates) = (&*self.model, self.max_rates());
         Neurons::draw(model, (count, dims), rates, rng, on_sphere, |rng| cosine(rng, dims + 2))
     }
 
@@ -253,11 +293,11 @@ impl PopulationBuilder<'_> {
     /// The range of intercepts is cut into as many equal parts as there are pairs of neurons; each pair draws its
     /// intercepts from one part. This leaves less distortion than independent draws.
     pub(super) fn scalar(&self, count: usize, seed: Seed) -> Result<Neurons, TuningError> {
-        let [low, high] = self.tuning().intercepts;
+        let [low, high] = self.tuning.intercepts;
         let (mut signs, mut parts) = (0..count, 0..count);
         let half = count.div_ceil(2) as f64;
         Neurons::draw(
-            &*self.spec.model,
+            &*self.model,
             (count, 1),
             self.max_rates(),
             &mut seed.rng(),
@@ -277,20 +317,21 @@ impl PopulationBuilder<'_> {
         intercept: impl Fn(f64) -> f64,
     ) -> Result<Neurons, TuningError> {
         let up = |_: &mut ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
-        let (model, rates) = (&*self.spec.model, self.max_rates());
+        let (model, rates) = (&*self.model, self.max_rates());
         Neurons::draw(model, (count, 1), rates, &mut seed.rng(), up, |rng| intercept(rng.random()))
     }
 }
 
-/// Returns a number that differs between processors on which decoders are solved to different bits: a hash of the decoders
-/// of a small bank. Takes some milliseconds.
+/// Returns a number that differs between processors on which decoders are solved to different bits: a hash of the
+/// decoders of a small bank. Takes some milliseconds.
 ///
 /// Ranks that solve the same graph on processors of different kinds compare it at the start
 /// ([`Ranks::differs`](crate::sim::Ranks::differs)).
 pub fn solver_signature() -> u64 {
     let spec = &NeuronSpec::default();
     let (dt_s, path, seed, balance) = (0.001, "signature", Seed::new(1), &LoadBalance::new(None));
-    let builder = PopulationBuilder { spec, dt_s, path, seed, solved: None, balance };
+    let solved = None;
+    let builder = PopulationBuilder { spec, dt_s, path, seed, solved, balance, in_rates: false };
     let mut hash = Fingerprint::default();
     // Large enough for the matrix kernels that the processor chooses.
     if let Ok(Ensembles { bank, .. }) = builder.pointer(32, 1.0) {

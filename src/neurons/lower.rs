@@ -11,7 +11,7 @@ use crate::sim::{
 use super::bank::{Bank, LoadBalance, Solved};
 use super::builder::PopulationBuilder;
 use super::layers::{Layer, Populated, Request};
-use super::plan::PopulationPlan;
+use super::plan::{Population, PopulationPlan};
 use super::solved::SolvedModel;
 use super::tuning::TuningError;
 
@@ -72,13 +72,15 @@ impl PopulationPlan {
         dt_s: f64,
     ) -> Result<Box<dyn Node>, Fault> {
         let (path, seed, solved) = (asked.path, asked.seed, self.solved.as_deref());
-        let Some(spec) = &self.population(path).spec() else {
+        let population = self.population(path);
+        let in_rates = matches!(population, Population::Rate(_));
+        let Some(spec) = &population.spec() else {
             return match layer.only_neural() {
                 Some(reason) => Err((reason.into(), Vec::new())),
                 None => Ok(layer.direct()),
             };
         };
-        let builder = PopulationBuilder { spec, dt_s, path, seed, solved, balance };
+        let builder = PopulationBuilder { spec, dt_s, path, seed, solved, balance, in_rates };
         let node = layer.neural(&builder).map_err(|error| {
             let paths = || solved.iter().flat_map(|s| s.paths()).map(String::from).collect();
             let choices = if error == TuningError::Missing { paths() } else { Vec::new() };

@@ -26,11 +26,18 @@
 //! - [`Population::Lif`]: spiking leaky integrate-and-fire neurons;
 //! - [`Population::Neurons`]: neurons of any [`NeuronModel`], such as one of your own.
 //!
+//! The models are [`Lif`], [`AdaptiveLif`], [`Izhikevich`], [`SpikingRectifiedLinear`], [`RegularSpiking`],
+//! [`StochasticSpiking`] and [`PoissonSpiking`], which spike, and [`LifRate`], [`AdaptiveLifRate`],
+//! [`RectifiedLinear`], [`Sigmoid`], [`Tanh`] and [`RateOf`] any model, which have rates.
+//!
 //! [`Tuning`] sets the number of the neurons and the ranges from which they are drawn. A [`SolvedModel`] keeps neurons
 //! and decoders, so that later runs do not solve for them again.
 //!
-//! A new neuron model implements [`NeuronModel`], a new kind of layer implements [`Layer`]. Nothing else knows them one
-//! by one.
+//! An [`Ensemble`] may have encoders, intercepts, rates, evaluation points, a model and solvers of its own.
+//! [`BuiltLayer`] reads back what any layer was built with: neurons, decoders, their error, tuning curves.
+//!
+//! A new neuron model implements [`NeuronModel`], a new kind of layer implements [`Layer`], a new solver [`Solver`].
+//! Nothing else knows them one by one.
 //!
 //! # Neurons and learning
 //!
@@ -77,21 +84,25 @@
 //! # What this module does not do
 //!
 //! - It knows no symbols: semantic pointers and their algebra are in the module `spa`, which builds on this one.
-//! - It has the neuron models [`Lif`] and [`LifRate`].
 //! - It reads no Nengo models. For equal parameters, spikes and decoded values agree with those of Nengo; the tests
 //!   check this. The random draws of the two programs differ.
 
 mod bank;
 mod builder;
+mod built;
 #[cfg(test)]
 mod conformance;
 mod draw;
 mod layers;
 pub mod learning;
 mod lower;
+#[cfg(test)]
+#[path = "../../tests/unit/neuron_models.rs"]
+mod model_tests;
 mod models;
 mod pattern;
 mod plan;
+mod poles;
 mod solve;
 mod solved;
 #[cfg(test)]
@@ -100,17 +111,24 @@ mod tuning;
 
 pub use bank::{Ensembles, Work};
 pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_signature};
+pub use built::{BuiltEnsemble, BuiltLayer, ReadBackError};
 pub use layers::{
-    BilinearPorts, Circuit, Ensemble, EnsemblePorts, GatePorts, Items, Layer, Layers, Map,
-    Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Through,
+    BilinearPorts, Circuit, Encoders, Ensemble, EnsemblePorts, GatePorts, Items, Layer, Layers,
+    Map, Populated, Product, Represent, ScalarFunction, Select, SelectPorts, SelectRule, Target,
+    Through, Values,
 };
 pub use learning::{
     Bcm, Learned, LearnedPorts, LearningRule, LearningTick, Needs, Oja, Pes, Rls, Stretch, Voja,
     WeightShape, Weights, WeightsError,
 };
 pub use lower::{neurons, own_neurons};
-pub use models::{Block, Firing, Lif, LifRate, NeuronModel, Start, Variable};
+pub use models::{
+    AdaptiveLif, AdaptiveLifRate, Block, Draws, Firing, Izhikevich, Lif, LifRate, NeuronModel,
+    PoissonSpiking, RateOf, RectifiedLinear, RegularSpiking, Sigmoid, SpikingRectifiedLinear,
+    Start, StochasticSpiking, Tanh, Variable,
+};
 pub use pattern::{PathPattern, PatternError};
 pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
+pub use solve::{L1, L2, LeastSquares, NoDecoders, Noisy, NonNegative, Solver};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};
 pub use tuning::{Tuning, TuningError};

@@ -22,6 +22,14 @@ pub enum TuningError {
         /// Number of neurons in the ensemble.
         neurons: usize,
     },
+    /// An ensemble of which no neuron fires.
+    #[error(
+        "no neuron of an ensemble fires at any of its {points} evaluation points; expected lower intercepts, or more neurons"
+    )]
+    Silent {
+        /// Number of evaluation points.
+        points: usize,
+    },
     /// The [`SolvedModel`](super::SolvedModel) of the plan does not have the layer.
     #[error("the solved model has no such layer")]
     Missing,

@@ -164,7 +164,7 @@ impl TimeSeries {
         let finite = || self.values.iter().copied().filter(|value| value.is_finite());
         let range = finite().fold(start, Real::min).into()..finite().fold(end, Real::max).into();
         let until_s = self.times_s.last().copied().unwrap_or(1.0);
-        chart(title, until_s, (label, range), |chart| {
+        chart(title, time_axis(until_s), (label, range), |chart| {
             let step = self.times_s.len().div_ceil(POINTS).max(1);
             for (index, name) in self.columns.iter().enumerate() {
                 let colour = COLOURS[index % COLOURS.len()];
@@ -193,18 +193,23 @@ type Chart<'svg> =
 type Drawn<'svg> =
     Result<(), DrawingAreaErrorKind<<SVGBackend<'svg> as DrawingBackend>::ErrorType>>;
 
-/// Draws axes as SVG and what `draw` adds: simulated time to the right until `until_s`, and an axis with a name and a
-/// range. Empty if it cannot be drawn.
-fn chart(
+/// The axis of simulated time until `until_s`.
+fn time_axis(until_s: f64) -> (&'static str, Range<f64>) {
+    ("simulated time (s)", 0.0..until_s.max(1e-3))
+}
+
+/// Draws axes as SVG, each with a name and a range, to the right and upward; and what `draw` adds. Empty if it cannot be
+/// drawn.
+pub(super) fn chart(
     title: &str,
-    until_s: f64,
+    across: (&str, Range<f64>),
     (label, range): (&str, Range<f64>),
     draw: impl for<'svg> FnOnce(&mut Chart<'svg>) -> Drawn<'svg>,
 ) -> String {
     fn on<'svg>(
         svg: &'svg mut String,
         title: &str,
-        until_s: f64,
+        (across, span): (&str, Range<f64>),
         (label, range): (&str, Range<f64>),
         draw: impl FnOnce(&mut Chart<'svg>) -> Drawn<'svg>,
     ) -> Drawn<'svg> {
@@ -215,16 +220,16 @@ fn chart(
             .margin(14)
             .x_label_area_size(44)
             .y_label_area_size(56)
-            .build_cartesian_2d(0.0..until_s.max(1e-3), range)?;
+            .build_cartesian_2d(span, range)?;
         let number = |value: &f64| ((1e6 * value).round() / 1e6).to_string();
         let mesh = &mut chart.configure_mesh();
         mesh.x_label_formatter(&number).y_label_formatter(&number);
-        mesh.x_desc("simulated time (s)").y_desc(label).light_line_style(TRANSPARENT).draw()?;
+        mesh.x_desc(across).y_desc(label).light_line_style(TRANSPARENT).draw()?;
         draw(&mut chart)?;
         area.present()
     }
     let mut svg = String::new();
-    match on(&mut svg, title, until_s, (label, range), draw) {
+    match on(&mut svg, title, across, (label, range), draw) {
         Ok(()) => svg,
         Err(_) => String::new(),
     }
@@ -237,23 +242,29 @@ impl Spikes<'_> {
         let until_s = self.recording.ticks.last().map_or(1.0, |tick| *tick as f64 * self.dt_s);
         let step = self.neurons().div_ceil(NEURONS).max(1);
         let mut marks = String::new();
-        let axes = chart(title, until_s, ("neuron", 0.0..self.neurons().max(1) as f64), |chart| {
-            let (across, down) = chart.plotting_area().get_pixel_range();
-            let (width, rows) = (across.len(), self.neurons().div_ceil(step));
-            let mut drawn = vec![false; width * rows];
-            for (time, neuron) in self.iter().filter(|(_, neuron)| neuron.is_multiple_of(step)) {
-                let (x, row) = (time / until_s * width as f64, neuron / step);
-                let x = (x as usize).min(width.saturating_sub(1));
-                // One mark per pixel, so that long runs do not make long files.
-                if !std::mem::replace(&mut drawn[row * width + x], true) {
-                    let height = down.len() as f64 / rows as f64;
-                    let (x, y) = (across.start as f64 + x as f64, height * (row + 1) as f64);
-                    let y = f64::from(down.end) - y;
-                    let _ = write!(marks, "M{x:.0}.5 {y:.1}v{:.1}", 0.8 * height);
+        let axes = chart(
+            title,
+            time_axis(until_s),
+            ("neuron", 0.0..self.neurons().max(1) as f64),
+            |chart| {
+                let (across, down) = chart.plotting_area().get_pixel_range();
+                let (width, rows) = (across.len(), self.neurons().div_ceil(step));
+                let mut drawn = vec![false; width * rows];
+                for (time, neuron) in self.iter().filter(|(_, neuron)| neuron.is_multiple_of(step))
+                {
+                    let (x, row) = (time / until_s * width as f64, neuron / step);
+                    let x = (x as usize).min(width.saturating_sub(1));
+                    // One mark per pixel, so that long runs do not make long files.
+                    if !std::mem::replace(&mut drawn[row * width + x], true) {
+                        let height = down.len() as f64 / rows as f64;
+                        let (x, y) = (across.start as f64 + x as f64, height * (row + 1) as f64);
+                        let y = f64::from(down.end) - y;
+                        let _ = write!(marks, "M{x:.0}.5 {y:.1}v{:.1}", 0.8 * height);
+                    }
                 }
-            }
-            Ok(())
-        });
+                Ok(())
+            },
+        );
         // As one path: an element for each mark would be ten times as long.
         let path = format!("<path d=\"{marks}\" stroke=\"#0072b2\"/>\n</svg>");
         axes.replace("</svg>", &path)

@@ -149,6 +149,6 @@ pub use run::simulator::{SimView, Simulator};
 pub use run::spikes::Spikes;
 pub use run::world::{ScriptedWorld, World, WorldLink, WorldSave};
 pub use seed::Seed;
-pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word};
+pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word, mix64};
 pub use time::{ConfigError, SimDuration, Timebase};
 pub(crate) use unoptimised::warn as warn_if_unoptimised;

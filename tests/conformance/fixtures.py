@@ -14,6 +14,7 @@ import sys
 
 import nengo
 import numpy as np
+import scipy.optimize
 
 DT = 0.001
 STEPS = 1000
@@ -227,12 +228,101 @@ class Learning:
         return self.held
 
 
+# name of a neuron model here: its type, its settings, and the values that its state starts at
+MODELS = {
+    "lif": (nengo.LIF, {}, dict(voltage=0, refractory_time=0)),
+    "adaptive_lif": (nengo.AdaptiveLIF, {}, dict(voltage=0, refractory_time=0, adaptation=0)),
+    "adaptive_lif_rate": (nengo.AdaptiveLIFRate, dict(tau_n=0.2), dict(adaptation=0)),
+    "rectified_linear": (nengo.RectifiedLinear, {}, {}),
+    "spiking_rectified_linear": (nengo.SpikingRectifiedLinear, {}, dict(voltage=0.3)),
+    "sigmoid": (nengo.Sigmoid, {}, {}),
+    "tanh": (nengo.Tanh, {}, {}),
+    "regular_tanh": (nengo.RegularSpiking, dict(base_type=nengo.Tanh()), dict(voltage=0.3)),
+    "regular_lif": (nengo.RegularSpiking, dict(base_type=nengo.LIFRate()), dict(voltage=0.3)),
+}
+# the types of Izhikevich 2003: a, b, c, d
+for name, (a, b, c, d) in {
+    "rs": (0.02, 0.2, -65, 8),
+    "ib": (0.02, 0.2, -55, 4),
+    "ch": (0.02, 0.2, -50, 2),
+    "fs": (0.1, 0.2, -65, 8),
+    "lts": (0.02, 0.25, -65, 8),
+    "rz": (0.1, 0.26, -65, 8),
+}.items():
+    settings = dict(tau_recovery=a, coupling=b, reset_voltage=c, reset_recovery=d)
+    MODELS[f"izhikevich_{name}"] = (nengo.Izhikevich, settings, dict(voltage=-65, recovery=-13))
+
+
+def activities(kind, currents):
+    """Returns the activities of neurons at constant currents: a row per tick."""
+    count = len(currents)
+    with nengo.Network(seed=1) as net:
+        neurons = nengo.Ensemble(
+            count, 1, neuron_type=kind, gain=np.ones(count), bias=np.zeros(count)
+        ).neurons
+        nengo.Connection(nengo.Node(currents), neurons, synapse=None)
+        probe = nengo.Probe(neurons, synapse=None)
+    with nengo.Simulator(net, dt=DT, progress_bar=False, optimize=False) as sim:
+        sim.run_steps(STEPS)
+        return np.array(sim.data[probe])
+
+
+def models():
+    """Returns rates, gains and biases of neuron models, and their activities over a second at constant currents."""
+    held = {
+        "currents": np.array([-31.3, -2.1, -0.37, 0.0, 0.53, 1.07, 1.5, 2.0, 3.1, 5.3, 10.7, 23.9, 77.7]),
+        "max_rates": np.array([207.0, 251.0, 318.0, 389.0]),
+        "intercepts": np.array([-0.9, 0.0, 0.37, 0.85]),
+    }
+    for name, (kind, settings, start) in MODELS.items():
+        start = {key: nengo.dists.Choice([value]) for key, value in start.items()}
+        kind = kind(initial_state=start, **settings)
+        one = np.ones(1)
+        held[f"{name}_rates"] = kind.rates(held["currents"][:, None], one, 0 * one)[:, 0]
+        built = kind.gain_bias(held["max_rates"], held["intercepts"])
+        held[f"{name}_gain_bias"] = np.array(built)
+        all = activities(kind, held["currents"])
+        if not kind.spiking:
+            held[f"{name}_activities"] = all[99::300]
+        else:
+            held[f"{name}_spikes"] = np.rint(all * DT).astype(float)
+    return held
+
+
+def solvers():
+    """Returns rates of a small ensemble at points, targets there, and the decoders of Nengo's and scipy's solvers."""
+    rng = np.random.RandomState(5)
+    kind = nengo.LIF()
+    gain, bias = kind.gain_bias(rng.uniform(200, 400, 24), rng.uniform(-0.9, 0.8, 24))
+    points = rng.uniform(-1, 1, (80, 1))
+    encoders = rng.choice([-1.0, 1.0], (24, 1))
+    rates = kind.rates(points @ encoders.T, gain, bias)
+    targets = np.concatenate([points, points**2], axis=1)
+    held = {"rates": rates, "targets": targets}
+    for name, solver in {
+        "l2": nengo.solvers.LstsqL2(reg=0.1),
+        "l2_weak": nengo.solvers.LstsqL2(reg=0.01),
+        "plain": nengo.solvers.Lstsq(rcond=0.01),
+        "non_negative": nengo.solvers.Nnls(),
+    }.items():
+        held[name] = solver(rates, targets, rng=rng)[0]
+    # The least penalised error among decoders of at least 0. Nengo's NnlsL2 takes the least error of the normal equations
+    # instead, which is another problem.
+    ridge = 0.1 * rates.max() * np.sqrt(len(rates)) * np.eye(24)
+    below = np.zeros((24, 2))
+    system, wanted = np.concatenate([rates, ridge]), np.concatenate([targets, below])
+    columns = [scipy.optimize.nnls(system, column)[0] for column in wanted.T]
+    held["non_negative_l2"] = np.array(columns).T
+    return held
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     compare = "--compare" in sys.argv[2:]
     bad = 0
     makers = {name: lambda name=name: one(name) for name in CASES}
     makers |= {"synapses": synapses, "interpolations": interpolations, "learning": lambda: Learning().all()}
+    makers |= {"models": models, "solvers": solvers}
     for name, make in makers.items():
         path, now = folder / f"{name}.npz", make()
         if not compare:

@@ -20,12 +20,16 @@ mod living_vocabularies;
 mod noise_sweep;
 #[path = "../../examples/own_algebra.rs"]
 mod own_algebra;
+#[path = "../../examples/own_neuron.rs"]
+mod own_neuron;
 #[path = "../../examples/pairs_of_a_sum.rs"]
 mod pairs_of_a_sum;
 #[path = "../../examples/run_page.rs"]
 mod run_page;
 #[path = "../../examples/same_plan_spiking.rs"]
 mod same_plan_spiking;
+#[path = "../../examples/tuning_curves.rs"]
+mod tuning_curves;
 #[path = "../../examples/two_step_plan.rs"]
 mod two_step_plan;
 #[path = "../../examples/wired_by_hand.rs"]
@@ -69,6 +73,30 @@ fn same_plan_spiking_takes_the_same_steps() {
 fn custom_node_heats_the_water() {
     let celsius = custom_node::run().expect("runs");
     assert!((celsius - 80.0).abs() < 0.01, "{celsius}");
+}
+
+#[test]
+fn own_neuron_squares_a_number() {
+    let (square, error) = own_neuron::run().expect("runs");
+    assert!((square - 0.64).abs() < 0.06, "{square}");
+    assert!(error > 1e-5 && error < 0.02, "{error}");
+    // The model itself is short.
+    let source = include_str!("../../examples/own_neuron.rs");
+    let from = source.find("impl NeuronModel").expect("there");
+    let to = source.find("/// Returns the square").expect("there");
+    let lines = source[from..to].lines().filter(|line| !line.trim().is_empty()).count();
+    assert!(lines <= 40, "{lines}");
+}
+
+#[test]
+fn tuning_curves_are_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (neurons, error) = tuning_curves::run(folder.path()).expect("runs");
+    assert_eq!(neurons, 12);
+    assert!(error < 0.1, "{error}");
+    let svg = std::fs::read_to_string(folder.path().join("tuning_curves.svg")).expect("written");
+    assert_eq!(svg.matches("<polyline").count(), 12);
+    assert!(svg.contains("rate (Hz)"));
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod things;
 
 mod determinism;
 mod engine;
+mod ensembles;
 mod files;
 mod learning;
 mod learning_conformance;
@@ -26,5 +27,6 @@ mod probes;
 mod processes;
 mod seeds_and_time;
 mod solved;
+mod solvers;
 mod synapses;
 mod wiring;

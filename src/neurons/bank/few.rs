@@ -27,7 +27,7 @@ pub(super) fn few<M: NeuronModel + ?Sized>(
     let numbers = work.biases.chunks(block).zip(work.encoders.chunks(block));
     let numbers = numbers.zip(work.decoders.chunks(block));
     let blocks = inputs.zip(numbers).zip(out.chunks_mut(NARROW));
-    for (((values, rests), ((biases, encoders), decoders)), out) in blocks {
+    for (index, (((values, rests), ((biases, encoders), decoders)), out)) in blocks.enumerate() {
         let own = first(&mut state, work.variables * biases.len());
         let below = values.iter().zip(rests).fold(true, |all, (value, rest)| all & (value < rest));
         if work.shift <= 0.0 && below && injected.is_empty() && at_rest(own) {
@@ -42,7 +42,8 @@ pub(super) fn few<M: NeuronModel + ?Sized>(
             *current = bias + work.shift + encoder * values[neuron / per];
         }
         Work::inject(&mut injected, currents);
-        model.step(Block { dt_s: work.dt_s, currents, state: own, activity });
+        let draws = work.draws(index * block);
+        model.step(Block { dt_s: work.dt_s, currents, state: own, activity, draws });
         work.tell(&mut told, activity);
         let ensembles = activity.chunks_exact(per).zip(decoders.chunks_exact(per));
         for (out, (activity, decoders)) in out.iter_mut().zip(ensembles) {

@@ -60,13 +60,15 @@ fn many<M: NeuronModel + ?Sized>(
         }
         let mut lanes = [0.0; NARROW];
         let blocks = biases.chunks(BLOCK).zip(encoders.chunks(BLOCK * dims));
-        for ((biases, encoders), decoders) in blocks.zip(decoders.chunks(BLOCK * outputs)) {
+        let blocks = blocks.zip(decoders.chunks(BLOCK * outputs)).enumerate();
+        for (block, ((biases, encoders), decoders)) in blocks {
             let len = biases.len();
             let (currents, activity) = (&mut currents[..len], &mut activity[..len]);
             encode(encoders, biases, work.shift, value, currents);
             Work::inject(&mut injected, currents);
             let state = first(&mut own, work.variables * len);
-            model.step(Block { dt_s: work.dt_s, currents, state, activity });
+            let draws = work.draws(index * padded + block * BLOCK);
+            model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
             work.tell(&mut told, activity);
             if outputs == 1 && work.spikes {
                 let eights = activity.chunks_exact(NARROW).zip(decoders.chunks_exact(NARROW));

@@ -52,8 +52,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::draw::Neurons;
-use super::models::{Firing, NeuronModel, Variable};
-use super::solve::{self, Points};
+use super::models::{Firing, NeuronModel, Start, Variable};
+use super::solve::{self, Points, Special};
 use super::tuning::{TuningError, refuse};
 use crate::sim::{Real, Seed};
 
@@ -99,6 +99,8 @@ pub(crate) struct Recipe<'a> {
     pub fingerprint: u64,
     /// The ensembles to solve for; `None` for all.
     pub own: Option<Vec<usize>>,
+    /// Outputs with points or a solver of their own.
+    pub special: &'a [Special],
 }
 
 #[cfg(test)]
@@ -106,8 +108,13 @@ impl<'a> Recipe<'a> {
     /// A recipe of the default regularisation and a fixed seed.
     pub fn of(model: &'a dyn NeuronModel, dt_s: f64, shape: Shape) -> Self {
         let (seed, fingerprint, own) = (Seed::new(1), 0, None);
-        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own }
+        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own, special: &[] }
     }
+}
+
+/// Returns the seed of an ensemble, from that of its bank.
+pub(crate) fn ensemble_seed(bank: Seed, ensemble: usize) -> Seed {
+    bank.derive_index("ensemble", ensemble as u64)
 }
 
 impl Recipe<'_> {
@@ -130,9 +137,15 @@ impl Recipe<'_> {
             .unwrap_or_else(all)
             .into_par_iter()
             .map(|index| {
-                let draft = draft(index, seed.derive_index("ensemble", index as u64))?;
-                let decoders =
-                    solve::solve(model, &draft.neurons, &draft.points, self.regularisation)?;
+                let seed = ensemble_seed(seed, index);
+                let draft = draft(index, seed)?;
+                let decoders = solve::solve_all(
+                    (model, &draft.neurons),
+                    &draft.points,
+                    self.regularisation,
+                    self.special,
+                    seed,
+                )?;
                 Ok(LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape))
             })
             .collect::<Result<_, TuningError>>()?;
@@ -205,8 +218,8 @@ impl Solved {
 #[derive(Debug, Clone)]
 pub(crate) struct Bank {
     pub solved: Arc<Solved>,
-    model: Arc<dyn NeuronModel>,
-    dt_s: f64,
+    pub model: Arc<dyn NeuronModel>,
+    pub dt_s: f64,
     firing: Firing,
     variables: Vec<Variable>,
     /// For each ensemble, the input below which no neuron leaves its rest.
@@ -236,13 +249,20 @@ impl Bank {
         self.solved.shape
     }
 
+    /// Sets the start of a variable, if the model has it.
+    pub fn start(&mut self, name: &str, start: Start) {
+        for variable in self.variables.iter_mut().filter(|variable| variable.name == name) {
+            variable.start = start;
+        }
+    }
+
     /// Returns whether some current silences every neuron, so that a gate can close.
     pub fn falls_silent(&self) -> bool {
         self.quiet >= 0.0
     }
 
-    /// Writes the states of all parts at the start of a run. `parts` are their places in `state`, one after another. The
-    /// values do not depend on the parts.
+    /// Writes the states of all parts at the start of a run. `parts` are their places in `state`, one after another.
+    /// The values do not depend on the parts.
     pub fn init(&self, state: &mut [Real], parts: impl Iterator<Item = Range<usize>> + Clone) {
         let (shape, count) = (self.shape(), self.variables.len());
         for (index, variable) in self.variables.iter().enumerate() {
@@ -279,28 +299,17 @@ impl Bank {
         self.variables.len() * ensembles * self.shape().padded()
     }
 
-    /// Steps the ensembles without injected currents.
-    #[cfg(test)]
-    pub fn step(
-        &self,
-        first: usize,
-        values: (&[Real], Real),
-        state: &mut [Real],
-        out: &mut [Real],
-    ) {
-        self.step_injected(first, values, &[], state, out);
-    }
-
     /// Steps the ensembles from `first` on by one tick. This process must own them.
     ///
     /// `values` and `out` have one row per ensemble. `open` is the gate: 0 silences every neuron, 1 has no effect.
-    /// Ensembles are independent, so several calls for parts of a bank give the same bits as one call for all.
+    /// `draws` is the key of the random numbers. Ensembles are independent, so several calls for parts of a bank give the
+    /// same bits as one call for all.
     ///
     /// `injected` are currents added to the neurons, a row per ensemble; it may be empty. If `out` is longer than the
     /// decoded values, the activity of every neuron follows them, in Hz.
     pub fn step_injected(
         &self,
-        first: usize,
+        (draws, first): (u64, usize),
         (values, open): (&[Real], Real),
         injected: &[Real],
         state: &mut [Real],
@@ -308,6 +317,7 @@ impl Bank {
     ) {
         let (solved, shape, padded) = (&*self.solved, self.shape(), self.shape().padded());
         let shift = -self.silencing * (1.0 - open.clamp(0.0, 1.0));
+        let draws = (draws, first);
         let first = match &solved.own {
             None => first,
             Some(own) => own.partition_point(|ensemble| *ensemble < first),
@@ -328,8 +338,21 @@ impl Bank {
             decoders: &solved.decoders[at(padded * shape.outputs)],
             values,
             injected,
+            draws,
         };
         self.model.step_ensembles(&work, state, out);
+    }
+
+    /// Steps without random numbers and injected currents.
+    #[cfg(test)]
+    pub fn step(
+        &self,
+        first: usize,
+        values: (&[Real], Real),
+        state: &mut [Real],
+        out: &mut [Real],
+    ) {
+        self.step_injected((0, first), values, &[], state, out);
     }
 }
 
@@ -371,7 +394,11 @@ impl LaidOut {
                 let decoder = solved[neuron * shape.outputs + k] * unit;
                 decoders[neuron * shape.outputs + k] = decoder as Real;
             }
-            let most = neurons.gains[neuron] + neurons.biases[neuron].abs();
+            let row = &neurons.encoders[neuron * dims..][..dims];
+            let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // Directions have length 1 but for rounding.
+            let length = if length > 1.000_001 { length } else { 1.0 };
+            let most = neurons.gains[neuron].abs() * length + neurons.biases[neuron].abs();
             silencing = silencing.max(2.0 * most - level.min(0.0));
         }
         // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|) + level, if level is below 0.

@@ -1,9 +1,10 @@
 //! Banks in parts: the ensembles that are stepped together, and the rank that owns them.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Bank, Shape};
+use crate::neurons::built::Origin;
 use crate::sim::{PartSpec, Ranks, Real};
 
 /// Work of one part: about six microseconds per tick. That is little enough to share a bank evenly, and so long that the
@@ -84,6 +85,8 @@ fn work(shape: Shape, ensembles: usize) -> usize {
 pub struct Ensembles {
     pub(crate) bank: Bank,
     pub(crate) partition: Partition,
+    /// What they were made from, to be read back.
+    pub(crate) origin: Arc<Origin>,
 }
 
 impl Ensembles {
@@ -128,16 +131,16 @@ impl Ensembles {
         gains
     }
 
-    /// Steps a part. `values` and `out` are those of its ensembles.
+    /// Steps a part. `values` and `out` are those of its ensembles, `draws` the key of their random numbers.
     pub(crate) fn step(
         &self,
-        part: usize,
+        (part, draws): (usize, u64),
         values: (&[Real], Real),
         injected: &[Real],
         state: &mut [Real],
         out: &mut [Real],
     ) {
         let first = part * self.partition.each;
-        self.bank.step_injected(first, values, injected, state, out);
+        self.bank.step_injected((draws, first), values, injected, state, out);
     }
 }

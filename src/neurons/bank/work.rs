@@ -1,6 +1,7 @@
 //! What the loops over neurons get in one tick.
 
 use super::shape::Shape;
+use crate::neurons::models::Draws;
 use crate::sim::Real;
 
 /// Ensembles and their values in one tick: what
@@ -28,6 +29,8 @@ pub struct Work<'a> {
     pub(super) values: &'a [Real],
     /// Currents added to the neurons, a row per ensemble without padding; empty for none.
     pub(super) injected: &'a [Real],
+    /// Key of the random numbers of the tick, and the index of the first ensemble in its layer.
+    pub(super) draws: (u64, usize),
 }
 
 /// Takes the first `count` numbers off a slice.
@@ -44,6 +47,12 @@ impl<'a> Work<'a> {
     #[inline(always)]
     pub(super) fn split<'o>(&self, out: &'o mut [Real]) -> (&'o mut [Real], &'o mut [Real]) {
         out.split_at_mut(self.values.len() / self.shape.dims * self.shape.outputs)
+    }
+
+    /// Returns the random numbers of a block, which begins with a neuron of these ensembles.
+    #[inline(always)]
+    pub(super) fn draws(&self, neuron: usize) -> Draws {
+        Draws::new(self.draws.0, self.draws.1 * self.shape.padded() + neuron)
     }
 
     /// Adds injected currents to those of the first neurons that have not got theirs.

@@ -5,28 +5,28 @@ use std::sync::Arc;
 
 use rand::{Rng, RngExt};
 
-use super::{Circuit, Items, Layer, Layers, Populated, check_radius};
+use super::neuron_ports::NeuronPorts;
+use super::settings::Settings;
+use super::{Circuit, Layer, Layers, Populated, Target, check_radius};
 use crate::neurons::bank::{Draft, Shape};
-use crate::neurons::builder::{PopulationBuilder, not_finite};
+use crate::neurons::builder::{self, PopulationBuilder};
 use crate::neurons::draw::on_sphere;
-use crate::neurons::solve::Points;
+use crate::neurons::poles;
+use crate::neurons::solve::{Points, Special};
 use crate::neurons::tuning::{MAX_NEURONS, TuningError, refuse};
 use crate::sim::{
     AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, NodePorts, Out, OutputSpec,
-    Outputs, PartIo, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector,
+    Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector,
 };
 
 /// Greatest number of components of the input and of all outputs.
 const MOST_COMPONENTS: usize = 1 << 20;
 
-type Function = Arc<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;
-
 /// A function that is decoded from an ensemble.
 #[derive(Clone)]
-struct Decoded {
+pub(super) struct Decoded {
     name: String,
-    width: usize,
-    function: Function,
+    target: Target,
 }
 
 /// A request for one ensemble of several dimensions, from which any functions of the represented vector are decoded.
@@ -34,11 +34,11 @@ struct Decoded {
 /// All functions read the same neurons: each costs decoders, but no further neurons. It is also a module, which adds
 /// the layer as its node `neurons`.
 ///
-/// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension times
-/// [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
+/// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
+/// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
 /// radius, and intercepts from the distribution of one of its coordinates, so that neurons fire where values are
-/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, without a radius. Solving costs
-/// O(points x neurons^2), about 0.1 s for 1,000 neurons.
+/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, without a radius. Solving costs O(points x
+/// neurons^2), about 0.1 s for 1,000 neurons.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
@@ -69,7 +69,8 @@ pub struct Ensemble {
     /// Number of neurons in each copy, if it does not follow from the plan.
     neurons: Option<usize>,
     exposed: bool,
-    functions: Vec<Decoded>,
+    pub(super) functions: Vec<Decoded>,
+    pub(super) settings: Settings,
 }
 
 /// Ports of an [`Ensemble`].
@@ -83,6 +84,11 @@ pub struct EnsemblePorts {
 impl EnsemblePorts {
     pub(super) fn of(node: NodePorts) -> Self {
         Self { input: node.input("in"), node }
+    }
+
+    /// Returns the path of the layer, by which [`BuiltLayer`](crate::neurons::BuiltLayer) reads it back.
+    pub fn path(&self) -> &str {
+        &self.node.path
     }
 
     /// Returns the output of the function called `name`. Every connection from it needs a synapse. Using a name that
@@ -116,19 +122,27 @@ impl EnsemblePorts {
 impl Ensemble {
     /// Requests an ensemble for vectors of `dims` components (at least 1). The input adds any number of connections.
     pub fn new(dims: usize) -> Self {
-        let (copies, radius, size, functions) = (1, 1.0, 1.0, Vec::new());
-        Self { dims, copies, radius, size, neurons: None, exposed: false, functions }
+        let (functions, settings) = (Vec::new(), Settings::default());
+        let (neurons, exposed) = (None, false);
+        Self { dims, copies: 1, radius: 1.0, size: 1.0, neurons, exposed, functions, settings }
     }
 
-    /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are not
-    /// finite within the radius are a fault when the graph is built with neurons.
+    /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are
+    /// not finite within the radius are a fault when the graph is built with neurons. Besides the evaluation points
+    /// these are checked: the center, both ends of each axis, and poles between points where the sign changes (in one
+    /// dimension also where magnitudes peak). Points of your own are checked alone.
     pub fn decode(
-        mut self,
+        self,
         name: &str,
         width: usize,
         function: impl Fn(&[Real], &mut [Real]) + Send + Sync + 'static,
     ) -> Self {
-        self.functions.push(Decoded { name: name.into(), width, function: Arc::new(function) });
+        self.decode_as(name, Target::function(width, function))
+    }
+
+    /// Decodes a function that has a solver or points of its own, or values at given points.
+    pub fn decode_as(mut self, name: &str, target: Target) -> Self {
+        self.functions.push(Decoded { name: name.into(), target });
         self
     }
 
@@ -152,8 +166,8 @@ impl Ensemble {
         self
     }
 
-    /// Multiplies the number of neurons by `share` (above 0; the default is 1). Each ensemble must end up with 1 to 10,000
-    /// neurons; anything else is a fault when the graph is built.
+    /// Multiplies the number of neurons by `share` (above 0; the default is 1). Each ensemble must end up with 1 to
+    /// 10,000 neurons; anything else is a fault when the graph is built.
     pub fn size(mut self, share: Real) -> Self {
         self.size = share;
         self
@@ -203,7 +217,7 @@ impl Ensemble {
 
     /// Number of components that are decoded from one copy.
     fn outputs(&self) -> usize {
-        self.functions.iter().fold(0, |sum, decoded| sum.saturating_add(decoded.width))
+        self.functions.iter().fold(0, |sum, decoded| sum.saturating_add(decoded.target.width))
     }
 
     /// Returns a fault if the input or the outputs of all copies have too many components.
@@ -221,19 +235,24 @@ impl Ensemble {
     /// Writes all functions of one vector, one after another.
     fn compute(&self, value: &[Real], out: &mut [Real]) {
         let mut rest = out;
-        for Decoded { width, function, .. } in &self.functions {
-            let (own, after) = rest.split_at_mut(*width);
-            // A function may write some components only.
-            own.fill(0.0);
-            function(value, own);
+        for Decoded { target, .. } in &self.functions {
+            let (own, after) = rest.split_at_mut(target.width);
+            target.compute(value, own);
             rest = after;
         }
     }
 
     /// Distributes what is decoded from some of the copies to the outputs.
-    fn distribute(&self, copies: Range<usize>, decoded: &[Real], outputs: &mut Outputs<'_>) {
+    pub(super) fn distribute(
+        &self,
+        copies: Range<usize>,
+        decoded: &[Real],
+        outputs: &mut Outputs<'_>,
+    ) {
         let mut from = 0;
-        for (index, Decoded { width, .. }) in self.functions.iter().enumerate() {
+        for (index, Decoded { target: Target { width, .. }, .. }) in
+            self.functions.iter().enumerate()
+        {
             let decoded = decoded.chunks_exact(self.outputs());
             let out = &mut outputs.get_mut(index)[copies.start * width..copies.end * width];
             for (out, row) in out.chunks_exact_mut(*width).zip(decoded) {
@@ -268,7 +287,12 @@ impl Node for Ensemble {
                 ports.input(name, each.at_advance());
             }
         }
-        for Decoded { name, width, .. } in &self.functions {
+        let settings = self.settings.check(self.dims);
+        let targets = self.functions.iter().map(|decoded| decoded.target.check(self.dims));
+        for error in std::iter::once(settings).chain(targets).filter_map(Result::err) {
+            ports.fault(error.to_string());
+        }
+        for Decoded { name, target: Target { width, .. } } in &self.functions {
             let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
             // The engine refuses names that are empty or have a point.
             if !name.chars().all(good) {
@@ -349,8 +373,16 @@ impl Layer for Ensemble {
         if let Some(reason) = self.too_wide() {
             return Err(refuse("copies", reason, "a smaller ensemble"));
         }
+        if self.dims == 0 || self.functions.iter().any(|decoded| decoded.target.width == 0) {
+            return Err(refuse("width", 0, "at least 1 dimension, and as much in each function"));
+        }
+        self.settings.check(self.dims)?;
+        self.functions.iter().try_for_each(|decoded| decoded.target.check(self.dims))?;
         // A population decodes at least one number.
         let (dims, outputs) = (self.dims, self.outputs().max(1));
+        let settings = self.settings.clone();
+        let spec = settings.spec(builder.spec, builder.in_rates);
+        let builder = &PopulationBuilder { spec: &spec, ..*builder };
         let per = builder.tuning().per_function as f64 * dims as f64 * f64::from(self.size);
         let neurons = match self.neurons {
             Some(count) if !(1..=MAX_NEURONS as usize).contains(&count) => {
@@ -359,72 +391,129 @@ impl Layer for Ensemble {
             Some(count) => count,
             None => builder.tuning().count(per)?,
         };
+        settings.check_neurons((neurons, self.copies), builder.model())?;
         let shape = Shape { ensembles: self.copies, neurons, dims, outputs };
-        let points = (neurons * 3 / 2).clamp(500, 3_000);
         let radius = f64::from(self.radius);
         // The same points for all copies: their functions are computed, checked and hashed once.
-        let mut rng = builder.seed.derive("", "points").rng();
-        let mut values = vec![0.0; points * dims];
-        let mut wanted = Vec::with_capacity(points * outputs);
-        let (mut argument, mut out) = (vec![0.0; dims], vec![0.0 as Real; outputs]);
-        for value in values.chunks_exact_mut(dims) {
-            in_ball(&mut rng, value);
-            for (to, from) in argument.iter_mut().zip(&*value) {
-                *to = (from * radius) as Real;
-            }
-            self.compute(&argument, &mut out);
-            if let Some(wrong) = out.iter().find(|value| !value.is_finite()) {
-                return Err(not_finite(f64::from(*wrong), argument));
-            }
-            wanted.extend(out.iter().map(|value| f64::from(*value)));
+        let values = self.points(neurons, builder.seed);
+        let wanted = self.targets(&values)?;
+        let special = self.special()?;
+        let mut marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
+        let mut hash = Fingerprint::default();
+        settings.fingerprint(&mut hash, dims);
+        self.functions.iter().for_each(|decoded| decoded.target.fingerprint(&mut hash));
+        for Special { points, .. } in &special {
+            points.iter().for_each(|points| numbers_of(points, &mut hash));
         }
-        let marks: Vec<f64> = wanted.iter().copied().chain([radius]).collect();
+        if hash != Fingerprint::default() {
+            // An ensemble without settings keeps the fingerprint, and so the start, that it always had.
+            marks.push((hash.value() >> 11) as f64);
+        }
+        let functions =
+            self.functions.iter().map(|decoded| (decoded.name.clone(), decoded.target.width));
+        let decoded = builder::Outputs {
+            functions: functions.collect(),
+            special,
+            tuned: settings.draws_rates_by_plan(),
+        };
         let partition = builder.balance.partition(shape, 1);
-        let ensembles = builder.bank((shape, partition), "ensemble", &marks, |_, seed| {
+        let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
+        let draft = move |copy, seed: Seed| {
             let neurons = match dims {
-                1 => builder.scalar(neurons, seed)?,
-                _ => builder.directions((neurons, dims), &mut seed.rng())?,
+                _ if settings.draws() => settings.draw(&spec, (neurons, dims), (copy, seed))?,
+                1 => spec.scalar(neurons, seed)?,
+                _ => spec.directions((neurons, dims), &mut seed.rng())?,
             };
             let (values, wanted) = (values.clone(), wanted.clone());
             Ok(Draft { neurons, radius, points: Points { values, wanted, outputs } })
-        })?;
+        };
+        let mut ensembles =
+            builder.bank_of((shape, partition), "ensemble", &marks, decoded, draft)?;
+        starts.iter().for_each(|(name, start)| ensembles.bank.start(name, *start));
         if !self.exposed {
             return Ok(Populated::new(self.direct(), ensembles, self.clone()));
         }
-        let bare = Bare { ensemble: self.clone(), gains: ensembles.gains(), neurons, outputs };
-        let populated = Populated::new(self.direct(), ensembles, bare);
+        let gains = ensembles.gains();
+        let circuit = NeuronPorts { ensemble: self.clone(), gains, neurons, outputs };
+        let populated = Populated::new(self.direct(), ensembles, circuit);
         Ok(populated.unit(1, outputs + neurons).scratch(neurons))
     }
 }
 
-/// The circuit of an ensemble whose neurons have ports.
-struct Bare {
-    ensemble: Ensemble,
-    /// Gain over radius of every neuron.
-    gains: Vec<Real>,
-    /// Number of neurons in a copy.
-    neurons: usize,
-    outputs: usize,
+/// Adds points and targets to a hash.
+fn numbers_of(points: &Points, hash: &mut Fingerprint) {
+    super::settings::numbers(super::settings::numbers(hash, &points.values), &points.wanted);
 }
 
-impl Circuit for Bare {
-    fn advance(&self, items: &Items<'_>, io: &mut PartIo<'_>) {
-        let copies = items.range();
-        let own = copies.start * self.neurons..copies.end * self.neurons;
-        let currents = &mut io.scratch.reals[..own.len()];
-        let [given, encoded] = [1, 2].map(|input| &io.inputs.get(input)[own.clone()]);
-        let each = given.iter().zip(encoded).zip(&self.gains[own]);
-        for (current, ((given, encoded), gain)) in currents.iter_mut().zip(each) {
-            *current = given + gain * encoded;
-        }
-        items.step_neurons(&io.inputs.get(0)[items.rows()], currents, io.state, io.results);
+impl Ensemble {
+    /// Returns the evaluation points, in units of the radius.
+    fn points(&self, neurons: usize, seed: Seed) -> Vec<f64> {
+        let count = match &self.settings.points {
+            Some(Err(rows)) => {
+                let radius = f64::from(self.radius);
+                return rows.iter().flatten().map(|x| x / radius).collect();
+            }
+            Some(Ok(count)) => *count,
+            None => (neurons * 3 / 2).clamp(500, 3_000),
+        };
+        let mut rng = seed.derive("", "points").rng();
+        let mut values = vec![0.0; count * self.dims];
+        values.chunks_exact_mut(self.dims).for_each(|value| in_ball(&mut rng, value));
+        values
     }
 
-    fn collect(&self, copies: Range<usize>, results: &[Real], outputs: &mut Outputs<'_>) {
-        let (decoded, activity) = results.split_at(copies.len() * self.outputs);
-        let own = copies.start * self.neurons..copies.end * self.neurons;
-        outputs.get_mut(self.ensemble.functions.len())[own].copy_from_slice(activity);
-        self.ensemble.distribute(copies, decoded, outputs);
+    /// Returns the targets at points in units of the radius, a row per point, and checks them. They are 0 for functions
+    /// with points of their own.
+    fn targets(&self, values: &[f64]) -> Result<Vec<f64>, TuningError> {
+        let (dims, outputs) = (self.dims, self.outputs().max(1));
+        let radius = f64::from(self.radius);
+        let mut wanted = vec![0.0; values.len() / dims * outputs];
+        let mut from = 0;
+        for Decoded { target, .. } in &self.functions {
+            let width = target.width;
+            let function = |at: &[f64], out: &mut [f64]| {
+                let argument: Vec<Real> = at.iter().map(|x| *x as Real).collect();
+                let mut single = vec![0.0; width];
+                target.compute(&argument, &mut single);
+                out.iter_mut().zip(single).for_each(|(out, value)| *out = f64::from(value));
+            };
+            if !target.has_points() {
+                let at: Vec<f64> = values.iter().map(|x| x * radius).collect();
+                let mut own = vec![0.0; at.len() / dims * width];
+                for (at, out) in at.chunks_exact(dims).zip(own.chunks_exact_mut(width)) {
+                    function(at, out);
+                    if let Some(wrong) = out.iter().find(|value| !value.is_finite()) {
+                        let at: Vec<Real> = at.iter().map(|x| *x as Real).collect();
+                        return Err(poles::not_finite(*wrong, at));
+                    }
+                }
+                if !matches!(self.settings.points, Some(Err(_))) {
+                    poles::check(&function, radius, (&at, dims), (&own, width))?;
+                }
+                let rows = wanted.chunks_exact_mut(outputs).zip(own.chunks_exact(width));
+                rows.for_each(|(row, own)| row[from..from + width].copy_from_slice(own));
+            }
+            from += width;
+        }
+        Ok(wanted)
+    }
+
+    /// Returns the functions that have points or a solver of their own.
+    fn special(&self) -> Result<Vec<Special>, TuningError> {
+        let (mut all, mut from) = (Vec::new(), 0);
+        for Decoded { target, .. } in &self.functions {
+            let columns = from..from + target.width;
+            from = columns.end;
+            let points = target.own_points(f64::from(self.radius));
+            if let Some(wrong) = points.iter().flat_map(|p| &p.wanted).find(|x| !x.is_finite()) {
+                return Err(poles::not_finite(*wrong, "one of its evaluation points"));
+            }
+            let solver = target.solver_or(&self.settings.solver);
+            if points.is_some() || solver.is_some() {
+                all.push(Special { columns, points: points.map(Arc::new), solver });
+            }
+        }
+        Ok(all)
     }
 }
 

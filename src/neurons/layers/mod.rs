@@ -6,10 +6,13 @@
 
 mod ensemble;
 mod map;
+mod neuron_ports;
 mod populated;
 mod product;
 mod represent;
 mod select;
+mod settings;
+mod target;
 
 use super::builder::PopulationBuilder;
 use super::tuning::TuningError;
@@ -23,6 +26,8 @@ pub use populated::{Circuit, Items, Populated, Through};
 pub use product::Product;
 pub use represent::Represent;
 pub use select::{Select, SelectRule};
+pub use settings::{Encoders, Values};
+pub use target::Target;
 
 /// A kind of layer: its node in direct mode and its node in neurons. Both have the same ports, those that `direct`
 /// declares.

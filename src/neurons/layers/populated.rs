@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::neurons::bank::{Bank, Ensembles, Solved};
 use crate::sim::{
     Fingerprint, Node, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, ScratchSpec, StateMut,
-    StateSpec, StepCx,
+    StateSpec, StepCx, mix64,
 };
 
 /// How the populations of a layer compute a tick. The default feeds the rows of the first input to the first
@@ -45,6 +45,8 @@ pub struct Items<'a> {
     populations: &'a [Ensembles],
     part: usize,
     range: Range<usize>,
+    /// Key of the random numbers of the tick.
+    draws: u64,
 }
 
 impl Items<'_> {
@@ -69,7 +71,8 @@ impl Items<'_> {
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        self.populations[population].step(self.part, values, &[], state, out);
+        let draws = self.draws_of(population);
+        self.populations[population].step((self.part, draws), values, &[], state, out);
     }
 
     /// Steps the ensembles of the first population, with a current added to each neuron: a row per ensemble. `out` gets a
@@ -81,7 +84,13 @@ impl Items<'_> {
         state: &mut [Real],
         out: &mut [Real],
     ) {
-        self.populations[0].step(self.part, (values, 1.0), currents, state, out);
+        let draws = self.draws_of(0);
+        self.populations[0].step((self.part, draws), (values, 1.0), currents, state, out);
+    }
+
+    /// Returns the key of the random numbers of a population in this tick.
+    fn draws_of(&self, population: usize) -> u64 {
+        mix64(self.draws.wrapping_add(population as u64))
     }
 
     /// Splits the state of the items: that of each population, and the numbers of [`Populated::held`].
@@ -156,6 +165,11 @@ impl Populated {
         self.populations.iter().map(|population| &population.bank.solved)
     }
 
+    /// Returns the populations.
+    pub(in crate::neurons) fn populations(&self) -> &[Ensembles] {
+        &self.populations
+    }
+
     /// Returns the banks, to be changed before the graph is built.
     pub(in crate::neurons) fn banks_mut(&mut self) -> impl Iterator<Item = &mut Bank> {
         self.populations.iter_mut().map(|population| &mut population.bank)
@@ -165,17 +179,17 @@ impl Populated {
         &self.populations[0]
     }
 
-    fn items(&self, part: usize) -> Items<'_> {
+    fn items(&self, part: usize, draws: u64) -> Items<'_> {
         let ensembles = self.first().ensembles(part);
         let range = ensembles.start / self.unit..ensembles.end / self.unit;
-        Items { populations: &self.populations, part, range }
+        Items { populations: &self.populations, part, range, draws }
     }
 }
 
 impl Node for Populated {
     fn declare(&self, ports: &mut PortDecl) {
         self.ports.declare(ports);
-        let reals = self.scratch * self.items(0).range.len();
+        let reals = self.scratch * self.items(0, 0).range.len();
         ports.state(StateSpec::default()).scratch(ScratchSpec { reals, ..ScratchSpec::default() });
     }
 
@@ -217,7 +231,7 @@ impl Parts for Populated {
     }
 
     fn part(&self, part: usize) -> PartSpec {
-        let (items, own) = (self.items(part).range.len(), self.first().spec(part));
+        let (items, own) = (self.items(part, 0).range.len(), self.first().spec(part));
         let all = || self.populations.iter().map(|population| population.spec(part));
         PartSpec {
             results: self.results * items,
@@ -227,12 +241,12 @@ impl Parts for Populated {
         }
     }
 
-    fn advance(&self, _cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
-        self.circuit.advance(&self.items(part), io);
+    fn advance(&self, cx: &StepCx<'_>, part: usize, io: &mut PartIo<'_>) {
+        self.circuit.advance(&self.items(part, cx.draws()), io);
     }
 
     fn collect(&self, part: usize, results: &[Real], outputs: &mut Outputs<'_>) {
-        self.circuit.collect(self.items(part).range, results, outputs);
+        self.circuit.collect(self.items(part, 0).range, results, outputs);
     }
 
     fn event(&self, part: usize, state: &[Real], neuron: usize) -> bool {

@@ -73,6 +73,13 @@ impl Lif {
         Ok(())
     }
 
+    /// Returns the step of a neuron for ticks of `dt` seconds.
+    #[inline(always)]
+    pub(super) fn tick(&self, dt: Real) -> Tick {
+        let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
+        Tick { dt, tau_rc, tau_ref, per_tau: (1.0 / self.tau_rc_s) as Real }
+    }
+
     /// Steps one neuron by `dt_s` seconds at a constant current, in double precision and without series: the reference for
     /// [`step`](NeuronModel::step). Returns whether the neuron fires.
     ///
@@ -127,6 +134,10 @@ impl NeuronModel for Lif {
         Ok((gain, 1.0 - gain * intercept))
     }
 
+    fn onset(&self) -> f64 {
+        1.0
+    }
+
     fn rates(&self, currents: &mut [f64]) {
         for current in currents {
             *current = self.rate(*current);
@@ -150,30 +161,12 @@ impl NeuronModel for Lif {
     /// Every pass over the neurons is without branches, so that compilers turn it into wide instructions.
     #[inline(always)]
     fn step(&self, block: Block<'_>) {
-        let Block { dt_s: dt, currents, state, activity } = block;
-        let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
-        let per_tau = (1.0 / self.tau_rc_s) as Real;
+        let Block { dt_s: dt, currents, state, activity, .. } = block;
+        let tick = self.tick(dt);
         let (v, r) = state.split_at_mut(currents.len());
         let neurons = v.iter_mut().zip(r.iter_mut()).zip(currents).zip(activity.iter_mut());
-        for (((v, r), c), activity) in neurons {
-            let left = *r - dt;
-            let free = dt - left;
-            let free = if free < dt { free } else { dt };
-            let z = if free > 0.0 { free } else { 0.0 } * per_tau;
-            // The series of 1 - exp(-z); z is at most MAX_TICK.
-            let decay =
-                z * (1.0 - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
-            let next = *v + (c - *v) * decay;
-            // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
-            let over = (next - 1.0) / (c - 1.0);
-            let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
-            let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
-            let spike = next > 1.0;
-            let resting = if left > 0.0 { left } else { 0.0 };
-            *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
-            let silent = if next > 0.0 { next } else { 0.0 };
-            *v = if spike { 0.0 } else { silent };
-            *activity = if spike { 1.0 } else { 0.0 };
+        for (((v, r), current), activity) in neurons {
+            *activity = tick.step(*current, v, r);
         }
     }
 
@@ -184,6 +177,41 @@ impl NeuronModel for Lif {
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.real(0.0).real(self.tau_rc_s).real(self.tau_ref_s);
+    }
+}
+
+/// The step of one neuron in single precision, with its constants.
+pub(super) struct Tick {
+    dt: Real,
+    tau_rc: Real,
+    tau_ref: Real,
+    per_tau: Real,
+}
+
+impl Tick {
+    /// Steps a neuron with voltage `v` and rest `r` of its refractory period at the current `c`. Returns 1 if it fires,
+    /// else 0. Without branches.
+    #[inline(always)]
+    pub fn step(&self, c: Real, v: &mut Real, r: &mut Real) -> Real {
+        let Self { dt, tau_rc, tau_ref, per_tau } = *self;
+        let left = *r - dt;
+        let free = dt - left;
+        let free = if free < dt { free } else { dt };
+        let z = if free > 0.0 { free } else { 0.0 } * per_tau;
+        // The series of 1 - exp(-z); z is at most MAX_TICK.
+        let decay =
+            z * (1.0 - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
+        let next = *v + (c - *v) * decay;
+        // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
+        let over = (next - 1.0) / (c - 1.0);
+        let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
+        let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
+        let spike = next > 1.0;
+        let resting = if left > 0.0 { left } else { 0.0 };
+        *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
+        let silent = if next > 0.0 { next } else { 0.0 };
+        *v = if spike { 0.0 } else { silent };
+        if spike { 1.0 } else { 0.0 }
     }
 }
 

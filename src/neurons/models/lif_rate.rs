@@ -23,6 +23,10 @@ impl NeuronModel for LifRate {
         self.0.gain_bias(max_rate, intercept)
     }
 
+    fn onset(&self) -> f64 {
+        1.0
+    }
+
     fn rates(&self, currents: &mut [f64]) {
         self.0.rates(currents);
     }

@@ -6,6 +6,8 @@
 //! Cholesky factorisation ([`super::dense`]) solves the system, in single precision if that is accurate enough, and otherwise
 //! in double precision.
 
+use std::ops::Range;
+
 use ndarray::linalg::general_mat_mul;
 use ndarray::{Array1, Array2, NdFloat};
 
@@ -22,6 +24,21 @@ pub(crate) struct Points {
     /// Target values, one row of `outputs` numbers per point.
     pub wanted: Vec<f64>,
     pub outputs: usize,
+}
+
+impl Points {
+    /// Returns the targets, a row per point.
+    pub fn targets(&self) -> Array2<f64> {
+        let rows = self.wanted.len() / self.outputs.max(1);
+        Array2::from_shape_fn((rows, self.outputs), |(p, k)| self.wanted[p * self.outputs + k])
+    }
+
+    /// Returns the points with some of the outputs.
+    pub fn columns(&self, columns: &Range<usize>) -> Self {
+        let rows = self.wanted.chunks_exact(self.outputs);
+        let wanted = rows.flat_map(|row| row[columns.clone()].iter().copied()).collect();
+        Self { values: self.values.clone(), wanted, outputs: columns.len() }
+    }
 }
 
 /// Floating-point types in which a system can be solved.
@@ -137,6 +154,9 @@ fn solve_in<T: Precision>(
     let at = rates::<T>(model, neurons, &points.values);
     let (m, count) = at.dim();
     let greatest = greatest(&at).double();
+    if greatest == 0.0 && at.iter().all(|rate| *rate == T::zero()) {
+        return Err(TuningError::Silent { points: m });
+    }
     let noise = (regularisation * greatest).powi(2) * m as f64;
     let mut gram = Array2::<T>::zeros((count, count));
     dense::add_gram(T::one(), at.view(), T::zero(), gram.view_mut());

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::port::ScratchSpec;
 use crate::sim::real::{Complex, Real, Span};
-use crate::sim::seed::Seed;
+use crate::sim::seed::{Seed, mix64};
 use crate::sim::time::{SimDuration, Timebase};
 
 /// The context of a call in one tick.
@@ -52,6 +52,11 @@ impl StepCx<'_> {
         let mut rng = seed.rng();
         rng.set_stream(self.tick);
         rng
+    }
+
+    /// Returns a key of random numbers that depends on the run seed, the node and the tick, the same in all parts.
+    pub(crate) fn draws(&self) -> u64 {
+        mix64(self.node_seed.value() ^ mix64(self.tick))
     }
 }
 
