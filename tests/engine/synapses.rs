@@ -185,6 +185,27 @@ fn chains_of_any_order_and_speed_are_exact() {
 }
 
 #[test]
+fn two_time_constants_may_be_far_apart_or_nearly_equal() {
+    for [rise_us, decay_us] in
+        [[1, 10_000_000], [1000, 1_000_000], [5000, 5001], [20_000, 1000], [7, 90]]
+    {
+        let [rise, decay] = [rise_us, decay_us].map(SimDuration::from_micros);
+        let synapse = Synapse::DoubleExponential { rise, decay };
+        let filter = Filter::new(synapse, Timebase::default()).unwrap();
+        let mut state = vec![0.0; filter.state_len(1)];
+        let [r, d] = [rise.min(decay), rise.max(decay)].map(SimDuration::as_secs_f64);
+        for k in 1..=30_000u32 {
+            let y = filter.step(&[1.0], &mut state)[0];
+            let t = f64::from(k) * 1e-3;
+            // The difference quotient of t exp(-t / tau), without cancellation where the two are nearly equal.
+            let share = r / (d - r) * (-t / d).exp() * -(t / d - t / r).exp_m1();
+            let exact = 1.0 - (-t / d).exp() - share;
+            assert!((f64::from(y) - exact).abs() < 2e-7, "{synapse}, tick {k}: {y} {exact}");
+        }
+    }
+}
+
+#[test]
 fn filters_without_input_reach_zero_and_are_never_subnormal() {
     let mut checked = 0;
     for (name, synapse, _) in synapses() {
