@@ -50,6 +50,9 @@ pub enum Onset {
     /// Evenly between a level and 0.95 of the radius. Neurons are silent below the level, which `level / radius` limits
     /// to -0.99 to 0.9.
     Above(f64),
+    /// At even steps from a level on, so that few neurons decode a function with little ripple. Neurons are silent below
+    /// the level, which is limited as in [`Above`](Self::Above).
+    Even(f64),
     /// Most of them just above a level: at a mean distance, as a fraction of the radius.
     JustAbove {
         /// The level.
@@ -122,7 +125,7 @@ impl PopulationBuilder<'_> {
         };
         let low = match of.onset {
             Onset::Anywhere => -1.0,
-            Onset::Above(level) | Onset::JustAbove { level, .. } => {
+            Onset::Above(level) | Onset::Even(level) | Onset::JustAbove { level, .. } => {
                 (level / radius).clamp(-0.99, 0.9)
             }
         };
@@ -135,6 +138,7 @@ impl PopulationBuilder<'_> {
         let own_marks = match of.onset {
             Onset::Anywhere => vec![radius],
             Onset::Above(_) => vec![low, radius, 1.0],
+            Onset::Even(_) => vec![low, radius, 2.0],
             // 0 by default, as before the mean could be chosen: stored populations keep their fingerprints.
             Onset::JustAbove { mean, .. } => {
                 vec![low, radius, mean - Tuning::default().item_spread]
@@ -146,6 +150,11 @@ impl PopulationBuilder<'_> {
                 Onset::Anywhere => self.scalar(neurons, seed)?,
                 Onset::Above(_) => {
                     self.upward(neurons, seed, |share| low + (0.95 - low) * share)?
+                }
+                Onset::Even(_) => {
+                    let mut steps = (0..neurons).map(|step| step as f64 / neurons as f64);
+                    let mut step = |_| steps.next().unwrap_or(0.0);
+                    self.upward(neurons, seed, |share| low + (0.95 - low) * step(share))?
                 }
                 Onset::JustAbove { mean, .. } => {
                     self.upward(neurons, seed, |share| (low - (1.0 - share).ln() * mean).min(0.95))?
@@ -161,6 +170,16 @@ impl PopulationBuilder<'_> {
     /// # Errors
     /// [`TuningError`] if the tuning is invalid.
     pub fn pointer(&self, width: usize, radius: f64) -> Result<Ensembles, TuningError> {
+        self.pointer_from(width, radius, 1)
+    }
+
+    /// As [`pointer`](Self::pointer), with decoders from so many times as many evaluation points.
+    pub(super) fn pointer_from(
+        &self,
+        width: usize,
+        radius: f64,
+        more: usize,
+    ) -> Result<Ensembles, TuningError> {
         let tuning = self.tuning();
         let most = tuning.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
@@ -169,7 +188,7 @@ impl PopulationBuilder<'_> {
         // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
-        let points = (neurons * 3 / 2).clamp(300, 2_000);
+        let points = (neurons * 3 / 2).clamp(300, 2_000) * more;
         let partition = self.balance.partition(shape, 1);
         self.bank((shape, partition), "pointer", &[ball, usual, points as f64], |_, seed| {
             let mut rng = seed.rng();
@@ -274,7 +293,7 @@ impl PopulationBuilder<'_> {
         &self,
         count: usize,
         seed: Seed,
-        intercept: impl Fn(f64) -> f64,
+        mut intercept: impl FnMut(f64) -> f64,
     ) -> Result<Neurons, TuningError> {
         let up = |_: &mut ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
         let (model, rates) = (&*self.spec.model, self.max_rates());

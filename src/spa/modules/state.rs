@@ -79,7 +79,10 @@ impl<V: VocabTag> Module for State<V> {
     type Ports = Ports<Pointer<V>>;
 
     fn expand(self, scope: &mut Scope<'_>) -> Ports<Pointer<V>> {
-        let layer = population(&self.space, self.radius);
+        let mut layer = population(&self.space, self.radius);
+        if self.recurrent.is_some() {
+            layer = layer.fed_back();
+        }
         let held: Ports<Pointer<V>> = scope.represent("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));
         scope.connect(&held.output, &output.input, self.synapse);
