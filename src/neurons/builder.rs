@@ -170,15 +170,16 @@ impl PopulationBuilder<'_> {
     /// # Errors
     /// [`TuningError`] if the tuning is invalid.
     pub fn pointer(&self, width: usize, radius: f64) -> Result<Ensembles, TuningError> {
-        self.pointer_from(width, radius, 1)
+        self.pointer_from(width, radius, (1, 0.0))
     }
 
-    /// As [`pointer`](Self::pointer), with decoders from so many times as many evaluation points.
+    /// As [`pointer`](Self::pointer), with decoders from so many times as many evaluation points, whose norms are at least
+    /// a share of the greatest.
     pub(super) fn pointer_from(
         &self,
         width: usize,
         radius: f64,
-        more: usize,
+        (more, least): (usize, f64),
     ) -> Result<Ensembles, TuningError> {
         let tuning = self.tuning();
         let most = tuning.sub_dimensions.clamp(1, width);
@@ -196,7 +197,8 @@ impl PopulationBuilder<'_> {
             let mut values = vec![0.0; points * dims];
             for value in values.chunks_exact_mut(dims) {
                 part_of_pointer(&mut rng, value, width);
-                let amplitude = POINTER_ROOM * rng.random::<f64>();
+                let share = least + (1.0 - least) * rng.random::<f64>();
+                let amplitude = POINTER_ROOM * share;
                 let scale = amplitude / (usual * POINTER_ROOM);
                 value.iter_mut().for_each(|v| *v *= scale);
             }

@@ -114,8 +114,8 @@ impl Ensemble {
         self.decode(name, dims, |x, out| out.copy_from_slice(x))
     }
 
-    /// Makes `copies` ensembles side by side (at least 1), each with neurons of its own. Input and outputs are those of
-    /// the first copy, then of the second, and so on.
+    /// Makes an ensemble array: `copies` ensembles side by side (at least 1), each with neurons of its own. Input and
+    /// outputs are those of the first copy, then of the second, and so on.
     pub fn copies(mut self, copies: usize) -> Self {
         self.copies = copies;
         self

@@ -76,18 +76,21 @@ impl Represent {
     }
 
     /// States that the value is fed back to the input. A memory drifts by the error of its decoding (Eliasmith and Anderson
-    /// 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points.
+    /// 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points, of norms near the
+    /// radius.
     pub fn fed_back(mut self) -> Self {
         self.memory = Memory::Fed;
         self
     }
 
-    /// Gives each component of a pointer an ensemble of its own, with [`Tuning::per_dimension`] neurons, which represents
+    /// Gives each component of a pointer an ensemble of its own, with [`Tuning::per_function`] neurons
+    /// ([`Tuning::per_dimension`] behind a gate), which represents
     /// magnitudes up to `5/6 radius / sqrt(width)`. These decode small values far more exactly, but each component
     /// saturates by itself. A radius of three times the norm leaves room for a random pointer: its components saturate
     /// beyond 2.5 standard deviations. Direct mode limits the norm, as without this.
     ///
     /// [`Tuning::per_dimension`]: crate::neurons::Tuning::per_dimension
+    /// [`Tuning::per_function`]: crate::neurons::Tuning::per_function
     pub fn split(mut self) -> Self {
         self.memory = Memory::Split;
         self
@@ -155,12 +158,15 @@ impl Layer for Represent {
         let tuning = builder.tuning();
         let split = self.memory == Memory::Split;
         let ensembles = if self.input.is_pointer() && !split {
-            let points = if self.memory == Memory::Fed { MEMORY_POINTS } else { 1 };
+            let points = if self.memory == Memory::Fed { MEMORY_POINTS } else { (1, 0.0) };
             builder.pointer_from(width, radius, points)?
         } else {
-            let (neurons, radius) = match self.input.is_pointer() {
-                true => (tuning.per_dimension as f64, SPLIT_ROOM * radius / (width as f64).sqrt()),
-                false => (tuning.per_function as f64, radius),
+            // A gate holds nothing.
+            let few = split && self.gated;
+            let neurons = if few { tuning.per_dimension } else { tuning.per_function } as f64;
+            let radius = match self.input.is_pointer() {
+                true => SPLIT_ROOM * radius / (width as f64).sqrt(),
+                false => radius,
             };
             let (onset, keep) = (Onset::Anywhere, Keep::Groups(1));
             let components = Components { width, neurons, radius, onset, keep };
@@ -180,8 +186,8 @@ impl Layer for Represent {
 /// Greatest magnitude of a component of a split pointer, as a share of `radius / sqrt(width)`.
 const SPLIT_ROOM: f64 = 5.0 / 6.0;
 
-/// Factor on the number of evaluation points of a value that is fed back.
-const MEMORY_POINTS: usize = 3;
+/// Factor on the number of evaluation points of a value that is fed back, and their least norm as a share of the greatest.
+const MEMORY_POINTS: (usize, f64) = (3, 0.4);
 
 /// The share of the silencing current that closes the gate; `None` without a gate.
 struct Gate(Option<Real>);

@@ -224,6 +224,8 @@ const CONTEST_TAU_S: f64 = 0.003;
 const CONTEST_SHARE: f64 = 0.5;
 /// Fraction of an item's neurons that gather evidence.
 const RACE_SHARE: f64 = 0.7;
+/// Fewest neurons of an item that decode evidence.
+const FEWEST_GATHERING: f64 = 6.0;
 /// Time constant of the recurrent synapse that holds the evidence, in seconds.
 const EVIDENCE_TAU_S: f64 = 0.1;
 
@@ -272,7 +274,12 @@ impl Layer for Select {
                 populated(chosen, rivalry).and(contest).held(1)
             }
             SelectRule::IndependentAccumulators { tau, .. } => {
-                let gathering = of(RACE_SHARE, 1.0, Onset::Above(0.0));
+                let mut gathering = of(RACE_SHARE, 1.0, Onset::Above(0.0));
+                // Evidence is a number, not a threshold.
+                let least = FEWEST_GATHERING / tuning.scale;
+                if gathering.neurons > 0.0 && gathering.neurons < least {
+                    (gathering.neurons, gathering.onset) = (least, Onset::Even(0.0));
+                }
                 let accumulators = builder.components("accumulators", &gathering, &|u| u)?;
                 let (decay, hold) = (decay(RIVALRY_TAU_S), decay(EVIDENCE_TAU_S));
                 let gain = (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real;
@@ -342,7 +349,7 @@ impl Circuit for Choice {
                 items.step(1, (said, 1.0), accumulators, output);
                 for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
                     let drive = kept + gain * (net - level);
-                    *evidence = decayed(*hold, *evidence, drive).max(0.0);
+                    *evidence = decayed(*hold, *evidence, drive).clamp(0.0, 1.0);
                 }
                 for (filtered, output) in filtered.iter_mut().zip(&*output) {
                     *filtered = decayed(*decay, *filtered, *output);

@@ -17,7 +17,8 @@ use crate::spa::vocabulary::Vocabulary;
 /// stores the input, in inverse proportion more slowly; below 0.1 the gate is closed, in every mode.
 ///
 /// While the gate is closed, direct mode holds the value unchanged. Neurons drift: at the default number of neurons a
-/// pointer of norm 1 keeps its norm within 10% and a cosine of at least 0.95 for 2 s, one of norm 0.5 at least 0.9.
+/// pointer of norm 1 keeps its norm within 10% and a cosine of at least 0.95 for 2 s, one of norm 0.5 at least 0.9. Answers
+/// of the modes differ by at most 0.12 in the first 200 ms (`docs/agreement.md`).
 ///
 /// With slower feed-forward synapses the drive is proportionally weaker, and storing takes proportionally longer. With
 /// the full drive, the loop of gate and memory would then ring and store the previous value with the opposite sign.

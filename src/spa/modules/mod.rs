@@ -2,7 +2,8 @@
 //!
 //! Every module filters the output of its populations with a synapse of 5 ms, unless its docs say otherwise. You can
 //! therefore connect its outputs without a synapse. The docs of each module state its delay, which is the same in
-//! every mode.
+//! every mode. How far the answers of a module differ between the modes is bounded: `docs/agreement.md` has the bound of
+//! each, with its inputs and changes.
 
 mod basal_ganglia;
 mod bilinear;

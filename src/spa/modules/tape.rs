@@ -176,8 +176,7 @@ impl<V: VocabTag> Module for Tape<V> {
         scope.connect(&bind.output, &gate.input, none);
         scope.connect(&gate.output, &drive.inputs[0], none);
 
-        let held: Ports<Pointer<V>> =
-            scope.represent("held", population(space, self.radius).fed_back());
+        let held: Ports<Pointer<V>> = scope.represent("held", population(space, self.radius));
         let memory = scope.add("memory", Add::pointer(space));
         scope.connect(&drive.output, &held.input, Synapse::lowpass(HOLDING));
         scope.connect(&held.output, &held.input, Synapse::lowpass(HOLDING));
