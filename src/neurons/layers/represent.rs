@@ -83,11 +83,12 @@ impl Represent {
         self
     }
 
-    /// Gives each component of a pointer an ensemble of its own, with [`Tuning::per_function`] neurons
-    /// ([`Tuning::per_dimension`] behind a gate), which represents
-    /// magnitudes up to `5/6 radius / sqrt(width)`. These decode small values far more exactly, but each component
-    /// saturates by itself. A radius of three times the norm leaves room for a random pointer: its components saturate
-    /// beyond 2.5 standard deviations. Direct mode limits the norm, as without this.
+    /// Gives each component of a pointer an ensemble of its own, which represents magnitudes up to
+    /// `5/6 radius / sqrt(width)`. It has [`Tuning::per_function`] neurons, or [`Tuning::per_dimension`] behind a gate.
+    ///
+    /// Such ensembles decode small values far more exactly, but each component saturates by itself. A radius of three
+    /// times the norm leaves room for a random pointer: its components saturate beyond 2.5 standard deviations. Direct
+    /// mode limits the norm, as without this.
     ///
     /// [`Tuning::per_dimension`]: crate::neurons::Tuning::per_dimension
     /// [`Tuning::per_function`]: crate::neurons::Tuning::per_function

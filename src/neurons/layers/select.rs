@@ -35,8 +35,9 @@ pub enum SelectRule {
     /// items wins.
     ///
     /// Neurons follow a change of the greatest utility: within 25 ms if the old winner has half of the new utility or
-    /// less, 45 ms at 0.8 of it and 120 ms at 0.9. Of utilities that differ by less than a tenth they choose one, and keep
-    /// it. Utilities should be at most `level + 0.7`, about 1.
+    /// less, 45 ms at 0.8 of it and 120 ms at 0.9. Of utilities that differ by a twentieth or less they choose one and
+    /// keep it; of equal ones none is chosen until one has won, which can take some 100 ms. Utilities should be at most
+    /// `level + 0.7`, about 1.
     WinnerTakeAll {
         /// Least utility of a chosen item (finite).
         level: Real,
@@ -215,7 +216,7 @@ const RIVALRY: Real = 2.0;
 const RIVALRY_TAU_S: f64 = 0.005;
 /// Weight of the inhibition between items in a contest, on what is left of a rival's utility. As much as it exceeds 1 is
 /// the hysteresis; less would not outweigh the ripple of the decoding, so that equal items would silence each other.
-const CONTEST: Real = 1.04;
+const CONTEST: Real = 1.05;
 /// Weight of the same inhibition on the ensembles that choose. Of two items that are still in contest neither is chosen.
 const CHOICE: Real = 1.5;
 /// Time constant of the inhibition between items in a contest, in seconds.
