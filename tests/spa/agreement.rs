@@ -26,6 +26,9 @@ impl VocabTag for Words {
 const STEP_MS: u64 = 200;
 const STEPS: usize = 5;
 
+/// The mean outputs of a module in each step of its input.
+type Answers = Box<dyn Fn(&PopulationPlan, Seed) -> Vec<Vec<Real>>>;
+
 /// A module with its inputs, and the bound on the difference of its answers.
 struct Case {
     module: &'static str,
@@ -35,7 +38,7 @@ struct Case {
     after_ms: u64,
     /// Greatest norm of the difference between the mean answers in exact maths and in another mode.
     bound: Real,
-    answers: Box<dyn Fn(&PopulationPlan, Seed) -> Vec<Vec<Real>>>,
+    answers: Answers,
 }
 
 /// A graph under test and its inputs.
