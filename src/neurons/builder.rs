@@ -64,6 +64,9 @@ pub enum Onset {
     /// Evenly between a level and 0.95 of the radius. Neurons are silent below the level, which `level / radius` limits
     /// to -0.99 to 0.9.
     Above(f64),
+    /// At even steps from a level on, so that few neurons decode a function with little ripple. Neurons are silent below
+    /// the level, which is limited as in [`Above`](Self::Above).
+    Even(f64),
     /// Most of them just above a level: at a mean distance, as a fraction of the radius.
     JustAbove {
         /// The level.
@@ -131,7 +134,7 @@ impl PopulationBuilder<'_> {
         };
         let low = match of.onset {
             Onset::Anywhere => -1.0,
-            Onset::Above(level) | Onset::JustAbove { level, .. } => {
+            Onset::Above(level) | Onset::Even(level) | Onset::JustAbove { level, .. } => {
                 (level / radius).clamp(-0.99, 0.9)
             }
         };
@@ -150,6 +153,7 @@ impl PopulationBuilder<'_> {
         let own_marks = match of.onset {
             Onset::Anywhere => vec![radius],
             Onset::Above(_) => vec![low, radius, 1.0],
+            Onset::Even(_) => vec![low, radius, 2.0],
             // 0 by default, as before the mean could be chosen: stored populations keep their fingerprints.
             Onset::JustAbove { mean, .. } => {
                 vec![low, radius, mean - Tuning::default().item_spread]
@@ -162,6 +166,11 @@ impl PopulationBuilder<'_> {
                 Onset::Anywhere => spec.scalar(neurons, seed)?,
                 Onset::Above(_) => {
                     spec.upward(neurons, seed, |share| low + (0.95 - low) * share)?
+                }
+                Onset::Even(_) => {
+                    let mut steps = (0..neurons).map(|step| step as f64 / neurons as f64);
+                    let mut step = |_| steps.next().unwrap_or(0.0);
+                    spec.upward(neurons, seed, |share| low + (0.95 - low) * step(share))?
                 }
                 Onset::JustAbove { mean, .. } => {
                     spec.upward(neurons, seed, |share| (low - (1.0 - share).ln() * mean).min(0.95))?
@@ -177,6 +186,17 @@ impl PopulationBuilder<'_> {
     /// # Errors
     /// [`TuningError`] if the tuning is invalid.
     pub fn pointer(&self, width: usize, radius: f64) -> Result<Ensembles, TuningError> {
+        self.pointer_from(width, radius, (1, 0.0))
+    }
+
+    /// As [`pointer`](Self::pointer), with decoders from so many times as many evaluation points, whose norms are at least
+    /// a share of the greatest.
+    pub(super) fn pointer_from(
+        &self,
+        width: usize,
+        radius: f64,
+        (more, least): (usize, f64),
+    ) -> Result<Ensembles, TuningError> {
         let tuning = self.tuning();
         let most = tuning.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
@@ -185,7 +205,7 @@ impl PopulationBuilder<'_> {
         // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
-        let points = (neurons * 3 / 2).clamp(300, 2_000);
+        let points = (neurons * 3 / 2).clamp(300, 2_000) * more;
         let partition = self.balance.partition(shape, 1);
         let spec = self.spec.clone();
         self.bank((shape, partition), "pointer", &[ball, usual, points as f64], move |_, seed| {
@@ -194,7 +214,8 @@ impl PopulationBuilder<'_> {
             let mut values = vec![0.0; points * dims];
             for value in values.chunks_exact_mut(dims) {
                 part_of_pointer(&mut rng, value, width);
-                let amplitude = POINTER_ROOM * rng.random::<f64>();
+                let share = least + (1.0 - least) * rng.random::<f64>();
+                let amplitude = POINTER_ROOM * share;
                 let scale = amplitude / (usual * POINTER_ROOM);
                 value.iter_mut().for_each(|v| *v *= scale);
             }
@@ -314,7 +335,7 @@ impl NeuronSpec {
         &self,
         count: usize,
         seed: Seed,
-        intercept: impl Fn(f64) -> f64,
+        mut intercept: impl FnMut(f64) -> f64,
     ) -> Result<Neurons, TuningError> {
         let up = |_: &mut ChaCha8Rng, out: &mut [f64]| out.fill(1.0);
         let (model, rates) = (&*self.model, self.max_rates());

@@ -33,7 +33,10 @@
 //! | [`Selection`] | chooses among utilities by a rule | `Thresholding`, `WTA`, `IA` |
 //! | [`BasalGanglia`] | chooses the action of greatest utility | `BasalGanglia` with `Thalamus` |
 //! | [`Gate`] | lets a pointer pass or silences it | gated routes of `ActionSelection` |
+//! | [`ValueGate`] | lets a number or a vector pass or silences it | |
 //! | [`GoalBuffer`] | stores its input while its gate is open, then holds it | |
+//! | [`GatedMemory`] | the same for a number or a vector | `InputGatedMemory` of Nengo |
+//! | [`Integrator`], [`Oscillator`] | integrates its input; turns a point | those of Nengo |
 //! | [`ResonatorNetwork`] | finds the factors of a bound pointer | |
 //! | [`Sequence`] | steps through named pointers | |
 //! | [`Tape`] | writes pointers at the positions of a moving index, and reads them | |
@@ -116,10 +119,11 @@ pub(crate) use item_memory::dots;
 pub use item_memory::{ItemMemory, Match};
 pub use modules::{
     AssociativeMemory, BasalGanglia, BasalGangliaPorts, Bind, CleanupMemory, Compare, DecodePairs,
-    DecodePairsPorts, FEED_FORWARD, FactoredSimilarity, FactoredSimilarityPorts, Gate, GoalBuffer,
-    JointMemory, JointMemoryPorts, Linear, MemoryPorts, Multiply, RECURRENT, ResonatorNetwork,
-    ResonatorNetworkPorts, Selection, SelectionPorts, Sequence, SequencePorts, State, Superpose,
-    SuperposePorts, Tape, TapePorts, Unbind, UnbindPorts, Weigh, WeighPorts,
+    DecodePairsPorts, FEED_FORWARD, FactoredSimilarity, FactoredSimilarityPorts, Gate, GatedMemory,
+    GoalBuffer, Integrator, JointMemory, JointMemoryPorts, Linear, MemoryPorts, Multiply,
+    Oscillator, OscillatorPorts, RECURRENT, ResonatorNetwork, ResonatorNetworkPorts, Selection,
+    SelectionPorts, Sequence, SequencePorts, State, Superpose, SuperposePorts, Tape, TapePorts,
+    Unbind, UnbindPorts, ValueGate, Weigh, WeighPorts,
 };
 pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;

@@ -3,7 +3,9 @@
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod agreement;
 mod capacity;
+mod choices;
 mod expressions;
 mod families;
 mod flows;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rand::{Rng, RngExt};
 
 use super::neuron_ports::NeuronPorts;
+use super::represent::limiting;
 use super::settings::Settings;
 use super::{Circuit, Layer, Layers, Populated, Target, check_radius};
 use crate::neurons::bank::{Draft, Shape};
@@ -37,8 +38,8 @@ pub(super) struct Decoded {
 /// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
 /// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
 /// radius, and intercepts from the distribution of one of its coordinates, so that neurons fire where values are
-/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, without a radius. Solving costs O(points x
-/// neurons^2), about 0.1 s for 1,000 neurons.
+/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, of the vector limited to the radius, because
+/// neurons saturate there. Solving costs O(points x neurons^2), about 0.1 s for 1,000 neurons.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
@@ -152,8 +153,8 @@ impl Ensemble {
         self.decode(name, dims, |x, out| out.copy_from_slice(x))
     }
 
-    /// Makes `copies` ensembles side by side (at least 1), each with neurons of its own. Input and outputs are those of
-    /// the first copy, then of the second, and so on.
+    /// Makes an ensemble array: `copies` ensembles side by side (at least 1), each with neurons of its own. Input and
+    /// outputs are those of the first copy, then of the second, and so on.
     pub fn copies(mut self, copies: usize) -> Self {
         self.copies = copies;
         self
@@ -306,7 +307,8 @@ impl Node for Ensemble {
             let each = OutputSpec::vector(wide(self.ports())).registered().filtered_only();
             ports.output("neurons", each);
         }
-        let reals = self.outputs().saturating_mul(self.copies).min(MOST_COMPONENTS);
+        let reals = self.outputs().saturating_mul(self.copies).saturating_add(self.dims);
+        let reals = reals.min(2 * MOST_COMPONENTS);
         ports.scratch(ScratchSpec { reals, ..ScratchSpec::default() });
     }
 
@@ -323,10 +325,12 @@ impl Node for Ensemble {
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let decoded = &mut io.scratch.reals[..self.outputs() * self.copies];
+        let (decoded, within) = io.scratch.reals.split_at_mut(self.outputs() * self.copies);
         let values = io.inputs.get(0).chunks_exact(self.dims);
         for (value, out) in values.zip(decoded.chunks_exact_mut(self.outputs())) {
-            self.compute(value, out);
+            let scale = limiting(value, self.radius);
+            within.iter_mut().zip(value).for_each(|(within, value)| *within = scale * value);
+            self.compute(within, out);
         }
         self.distribute(0..self.copies, decoded, &mut io.outputs);
         Ok(())

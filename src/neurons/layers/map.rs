@@ -32,7 +32,8 @@ impl Map {
         Self { width, radius: 1.0, above: None, size: 1.0, function: Arc::new(function) }
     }
 
-    /// Sets the greatest magnitude of a component that neurons represent. Direct mode has no such limit.
+    /// Sets the greatest magnitude of a component. Neurons saturate there; direct mode computes the function of the
+    /// component limited to it.
     ///
     /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
@@ -76,7 +77,7 @@ impl Node for Map {
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
         let input = io.inputs.get(0);
         for (out, value) in io.outputs.get_mut(0).iter_mut().zip(input) {
-            *out = (self.function)(*value);
+            *out = (self.function)(value.clamp(-self.radius, self.radius));
         }
         Ok(())
     }

@@ -22,6 +22,26 @@ pub struct Represent {
     radius: Real,
     gated: bool,
     inhibition: Real,
+    memory: Memory,
+}
+
+/// What is asked of the neurons of a pointer beside its radius.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Memory {
+    /// Nothing.
+    No,
+    /// More evaluation points.
+    Fed,
+    /// An ensemble for each component.
+    Split,
+}
+
+/// Opening below which a gate is closed.
+const LEAST_OPENING: Real = 0.1;
+
+/// Returns the factor of a gate: 0 below the least opening, and at most 1.
+fn opening(open: Real) -> Real {
+    if open < LEAST_OPENING { 0.0 } else { open.min(1.0) }
 }
 
 impl Represent {
@@ -36,11 +56,12 @@ impl Represent {
             radius,
             gated: false,
             inhibition: 1.0,
+            memory: Memory::No,
         }
     }
 
-    /// Adds a gate, the scalar input `open`. At 1 the value passes; at 0 the population is silent. A value below 0
-    /// counts as 0, and a value above 1 as 1.
+    /// Adds a gate, the scalar input `open`: the gain of the value. The population represents `open` times its input. Below
+    /// 0.1 the gate is closed, in every mode: the population is silent. A value above 1 counts as 1.
     pub fn gated(mut self) -> Self {
         self.gated = true;
         self
@@ -54,6 +75,28 @@ impl Represent {
         self
     }
 
+    /// States that the value is fed back to the input. A memory drifts by the error of its decoding (Eliasmith and Anderson
+    /// 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points, of norms near the
+    /// radius.
+    pub fn fed_back(mut self) -> Self {
+        self.memory = Memory::Fed;
+        self
+    }
+
+    /// Gives each component of a pointer an ensemble of its own, which represents magnitudes up to
+    /// `5/6 radius / sqrt(width)`. It has [`Tuning::per_function`] neurons, or [`Tuning::per_dimension`] behind a gate.
+    ///
+    /// Such ensembles decode small values far more exactly, but each component saturates by itself. A radius of three
+    /// times the norm leaves room for a random pointer: its components saturate beyond 2.5 standard deviations. Direct
+    /// mode limits the norm, as without this.
+    ///
+    /// [`Tuning::per_dimension`]: crate::neurons::Tuning::per_dimension
+    /// [`Tuning::per_function`]: crate::neurons::Tuning::per_function
+    pub fn split(mut self) -> Self {
+        self.memory = Memory::Split;
+        self
+    }
+
     /// Number of components that the radius limits together.
     fn together(&self) -> usize {
         if self.input.is_pointer() { self.input.width().max(1) } else { 1 }
@@ -61,7 +104,7 @@ impl Represent {
 }
 
 /// Returns the factor that limits the norm of `value`.
-fn limiting(value: &[Real], limit: Real) -> Real {
+pub(super) fn limiting(value: &[Real], limit: Real) -> Real {
     let square: Real = value.iter().map(|v| v * v).sum();
     if square <= limit * limit {
         return 1.0;
@@ -92,11 +135,12 @@ impl Node for Represent {
     }
 
     fn advance(&self, _cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let open = if self.gated { io.inputs.scalar(1).clamp(0.0, 1.0) } else { 1.0 };
+        let open = if self.gated { opening(io.inputs.scalar(1)) } else { 1.0 };
         let together = self.together();
         let values = io.inputs.get(0).chunks_exact(together);
         for (value, out) in values.zip(io.outputs.get_mut(0).chunks_exact_mut(together)) {
-            let scale = open * limiting(value, self.radius);
+            // The value behind the gate is limited.
+            let scale = if open > 0.0 { open * limiting(value, self.radius / open) } else { 0.0 };
             for (out, value) in out.iter_mut().zip(value) {
                 *out = value * scale;
             }
@@ -112,10 +156,19 @@ impl Layer for Represent {
 
     fn neural(&self, builder: &PopulationBuilder<'_>) -> Result<Populated, TuningError> {
         let (width, radius) = (self.input.width(), f64::from(self.radius));
-        let ensembles = if self.input.is_pointer() {
-            builder.pointer(width, radius)?
+        let tuning = builder.tuning();
+        let split = self.memory == Memory::Split;
+        let ensembles = if self.input.is_pointer() && !split {
+            let points = if self.memory == Memory::Fed { MEMORY_POINTS } else { (1, 0.0) };
+            builder.pointer_from(width, radius, points)?
         } else {
-            let neurons = builder.tuning().per_function as f64;
+            // A gate holds nothing.
+            let few = split && self.gated;
+            let neurons = if few { tuning.per_dimension } else { tuning.per_function } as f64;
+            let radius = match self.input.is_pointer() {
+                true => SPLIT_ROOM * radius / (width as f64).sqrt(),
+                false => radius,
+            };
             let (onset, keep) = (Onset::Anywhere, Keep::Groups(1));
             let components = Components { width, neurons, radius, onset, keep };
             builder.components("components", &components, &|x| x)?
@@ -124,22 +177,38 @@ impl Layer for Represent {
             let expected = "a model whose neurons fall silent at some current, to close a gate";
             return Err(refuse("model", builder.model().name(), expected));
         }
+        let dims = ensembles.bank.shape().dims;
         let gate = Gate(self.gated.then_some(self.inhibition));
-        Ok(Populated::new(self.direct(), ensembles, gate))
+        let populated = Populated::new(self.direct(), ensembles, gate);
+        Ok(if self.gated { populated.scratch(dims) } else { populated })
     }
 }
+
+/// Greatest magnitude of a component of a split pointer, as a share of `radius / sqrt(width)`.
+const SPLIT_ROOM: f64 = 5.0 / 6.0;
+
+/// Factor on the number of evaluation points of a value that is fed back, and their least norm as a share of the greatest.
+const MEMORY_POINTS: (usize, f64) = (3, 0.4);
 
 /// The share of the silencing current that closes the gate; `None` without a gate.
 struct Gate(Option<Real>);
 
 impl Circuit for Gate {
     fn advance(&self, items: &Items<'_>, io: &mut PartIo<'_>) {
-        let open = match self.0 {
-            Some(1.0) => io.inputs.scalar(1),
-            Some(inhibition) => 1.0 - inhibition * (1.0 - io.inputs.scalar(1).clamp(0.0, 1.0)),
-            None => 1.0,
+        let values = &io.inputs.get(0)[items.rows()];
+        let Some(inhibition) = self.0 else {
+            return items.step(0, (values, 1.0), io.state, io.results);
         };
-        items.step(0, (&io.inputs.get(0)[items.rows()], open), io.state, io.results);
+        let open = opening(io.inputs.scalar(1));
+        // With less than the whole current a closed gate leaks, so its neurons still get the value.
+        let (gain, current) = match open {
+            0.0 if inhibition < 1.0 => (1.0, inhibition),
+            0.0 => (0.0, 1.0),
+            _ => (open, 0.0),
+        };
+        let scaled = &mut io.scratch.reals[..values.len()];
+        scaled.iter_mut().zip(values).for_each(|(scaled, value)| *scaled = gain * value);
+        items.step(0, (scaled, 1.0 - current), io.state, io.results);
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {

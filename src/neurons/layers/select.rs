@@ -1,9 +1,10 @@
 //! The layer of a choice among utilities: a threshold, a contest of utilities, or a race of evidence.
 //!
 //! In neurons each item has an ensemble that decodes to 1 above the level and is silent below it. A contest
-//! (winner-take-all) adds a second ensemble per item. It inhibits all other items in proportion to the utility of its
-//! own item, so the greatest utility silences the rest. A race (independent accumulators) adds a second ensemble per
-//! item that gathers evidence through a recurrent synapse.
+//! (winner-take-all) adds a second ensemble per item, which decodes what is left of the item's utility and inhibits all
+//! others by it. With a weight of 1 an item is silent if and only if another has a greater utility, whatever the past.
+//! The weight is a little greater: of two equal utilities one then wins. A race (independent accumulators) adds a second
+//! ensemble per item that gathers evidence through a recurrent synapse.
 //!
 //! Items under a threshold are independent and advance in parts. A contest and a race sum over all items, so they advance
 //! as one part.
@@ -24,11 +25,30 @@ pub enum SelectRule {
         /// Least utility of a chosen item (finite).
         level: Real,
     },
+    /// Chooses every item whose utility is at least `level`, as strongly as its utility: the activity is the utility
+    /// itself. Neurons saturate at `level + 0.7`.
+    Graded {
+        /// Least utility of a chosen item (finite).
+        level: Real,
+    },
     /// Chooses the item of greatest utility if this utility is at least `level`. In direct mode the first of equal
     /// items wins.
+    ///
+    /// Neurons follow a change of the greatest utility: within 25 ms if the old winner has half of the new utility or
+    /// less, 45 ms at 0.8 of it and 120 ms at 0.9. Of utilities that differ by a twentieth or less they choose one and
+    /// keep it; of equal ones none is chosen until one has won, which can take some 100 ms. Utilities should be at most
+    /// `level + 0.7`, about 1.
     WinnerTakeAll {
         /// Least utility of a chosen item (finite).
         level: Real,
+    },
+    /// Chooses as [`WinnerTakeAll`](Self::WinnerTakeAll), but the winner stays until another utility is greater than
+    /// `1 + margin` times its own, or its own falls below the level.
+    Hysteresis {
+        /// Least utility of a chosen item (finite).
+        level: Real,
+        /// By which share of the winner's utility a rival must be greater (at least 0, finite).
+        margin: Real,
     },
     /// Chooses the first item that has gathered enough evidence.
     ///
@@ -54,23 +74,34 @@ impl SelectRule {
         hash.reals(&[self.level()]);
         match self {
             Self::Threshold { .. } => hash.text("threshold"),
+            Self::Graded { .. } => hash.text("graded"),
             Self::WinnerTakeAll { .. } => hash.text("winner"),
+            Self::Hysteresis { margin, .. } => hash.text("hysteresis").reals(&[margin]),
             Self::IndependentAccumulators { tau, .. } => {
                 hash.text("accumulators").number(tau.as_micros())
             }
         };
     }
 
-    fn level(self) -> Real {
+    /// Returns the least utility of a chosen item; of accumulators, the utility above which evidence grows.
+    pub fn level(self) -> Real {
         match self {
             Self::Threshold { level }
+            | Self::Graded { level }
             | Self::WinnerTakeAll { level }
+            | Self::Hysteresis { level, .. }
             | Self::IndependentAccumulators { level, .. } => level,
         }
     }
+
+    /// By which share of the winner's utility a rival must be greater.
+    fn margin(self) -> Real {
+        if let Self::Hysteresis { margin, .. } = self { margin } else { 0.0 }
+    }
 }
 
-/// A request for a choice among utilities. The output is 1 for a chosen item and 0 for the others.
+/// A request for a choice among utilities. The output is 1 (with [`SelectRule::Graded`] the utility) for a chosen item
+/// and 0 for the others.
 #[derive(Debug, Clone)]
 pub struct Select {
     items: usize,
@@ -83,7 +114,8 @@ const INHIBITION: Real = 4.0;
 impl Select {
     /// Requests a choice among `items` utilities (at least 1) by `rule`.
     ///
-    /// A level that is not finite, or an accumulator time constant of zero, is a fault when the graph is built.
+    /// A level that is not finite, a margin that is not finite or below 0, or an accumulator time constant of zero, is a
+    /// fault when the graph is built.
     pub fn new(items: usize, rule: SelectRule) -> Self {
         Self { items, rule }
     }
@@ -100,7 +132,13 @@ impl Node for Select {
         {
             ports.fault("the accumulators' time constant `tau` is 0; expected a time above 0");
         }
-        if let SelectRule::IndependentAccumulators { .. } = self.rule {
+        let margin = self.rule.margin();
+        if !(margin.is_finite() && margin >= 0.0) {
+            ports.fault(format!("the margin is {margin}; expected a finite number of at least 0"));
+        }
+        if let SelectRule::IndependentAccumulators { .. } | SelectRule::Hysteresis { .. } =
+            self.rule
+        {
             ports.state(StateSpec { reals: self.items, ..StateSpec::default() });
         }
         ports
@@ -126,16 +164,26 @@ impl Node for Select {
                     }
                 }
             }
-            SelectRule::WinnerTakeAll { level } => {
-                let mut best = None;
-                let mut most = level;
-                for (index, utility) in net.enumerate() {
-                    if utility > most || (best.is_none() && utility >= level) {
-                        (best, most) = (Some(index), utility);
+            SelectRule::Graded { level } => {
+                for (out, utility) in output.iter_mut().zip(net) {
+                    *out = if utility >= level { utility } else { 0.0 };
+                }
+            }
+            SelectRule::WinnerTakeAll { level } | SelectRule::Hysteresis { level, .. } => {
+                // With hysteresis, the state of the winner is 1.
+                let held = &mut *io.state.reals;
+                let (mut best, mut most) = (None, 0.0);
+                for (index, utility) in net.enumerate().filter(|(_, utility)| *utility >= level) {
+                    let stays = self.rule.margin() * held.get(index).unwrap_or(&0.0);
+                    let favoured = utility + stays * utility.abs();
+                    if best.is_none() || favoured > most {
+                        (best, most) = (Some(index), favoured);
                     }
                 }
+                held.fill(0.0);
                 if let Some(index) = best {
                     output[index] = 1.0;
+                    held.iter_mut().skip(index).take(1).for_each(|held| *held = 1.0);
                 }
             }
             SelectRule::IndependentAccumulators { level, tau } => {
@@ -162,17 +210,23 @@ impl Node for Select {
     }
 }
 
-/// Weight of the inhibition between items. In a contest it applies to the utility of a rival, in a race to the
-/// activity of a rival.
+/// Weight of the inhibition between items in a race, on the activity of a rival.
 const RIVALRY: Real = 2.0;
-/// Time constant of the inhibition between items, in seconds.
+/// Time constant of the inhibition between items in a race, in seconds.
 const RIVALRY_TAU_S: f64 = 0.005;
-/// Utility above which an item takes part in the contest, as a fraction of the level.
-const CONTENDING: f64 = 0.6;
+/// Weight of the inhibition between items in a contest, on what is left of a rival's utility. As much as it exceeds 1 is
+/// the hysteresis; less would not outweigh the ripple of the decoding, so that equal items would silence each other.
+const CONTEST: Real = 1.05;
+/// Weight of the same inhibition on the ensembles that choose. Of two items that are still in contest neither is chosen.
+const CHOICE: Real = 1.5;
+/// Time constant of the inhibition between items in a contest, in seconds.
+const CONTEST_TAU_S: f64 = 0.003;
 /// Fraction of an item's neurons that take part in the contest.
-const CONTEST_SHARE: f64 = 0.4;
+const CONTEST_SHARE: f64 = 0.5;
 /// Fraction of an item's neurons that gather evidence.
 const RACE_SHARE: f64 = 0.7;
+/// Fewest neurons of an item that decode evidence.
+const FEWEST_GATHERING: f64 = 6.0;
 /// Time constant of the recurrent synapse that holds the evidence, in seconds.
 const EVIDENCE_TAU_S: f64 = 0.1;
 
@@ -187,16 +241,20 @@ impl Layer for Select {
         // Utilities are cosines or sums of a few cosines.
         let radius = level.max(0.0) + 0.7;
         let keep = match self.rule {
-            SelectRule::Threshold { .. } => Keep::Groups(1),
+            SelectRule::Threshold { .. } | SelectRule::Graded { .. } => Keep::Groups(1),
             _ => Keep::All(builder.owner(self.items * tuning.per_item)),
         };
         let of = |share: f64, radius: f64, onset: Onset| {
-            let neurons = tuning.per_item as f64 * share;
+            // Each population of an item has a neuron at least.
+            let (all, scale) = (tuning.per_item as f64, tuning.scale);
+            let neurons = if all * scale >= 1.0 { (all * share).max(1.0 / scale) } else { 0.0 };
             Components { width: self.items, neurons, radius, onset, keep }
         };
+        let graded = matches!(self.rule, SelectRule::Graded { .. });
         let chosen = |share: f64, radius: f64, level: f64| {
             let onset = Onset::JustAbove { level, mean: tuning.item_spread };
-            builder.components("chosen", &of(share, radius, onset), &|_| 1.0)
+            let activity = |utility: f64| if graded { utility } else { 1.0 };
+            builder.components("chosen", &of(share, radius, onset), &activity)
         };
         let decay = |tau_s: f64| (-builder.dt_s() / tau_s).exp() as Real;
         let populated = |chosen, rivalry| {
@@ -204,16 +262,25 @@ impl Layer for Select {
             Populated::new(self.direct(), chosen, circuit).scratch(2)
         };
         Ok(match self.rule {
-            SelectRule::Threshold { .. } => populated(chosen(1.0, radius, level)?, Rivalry::None),
-            SelectRule::WinnerTakeAll { .. } => {
-                let contending = of(CONTEST_SHARE, radius, Onset::Above(CONTENDING * level));
+            SelectRule::Threshold { .. } | SelectRule::Graded { .. } => {
+                populated(chosen(1.0, radius, level)?, Rivalry::None)
+            }
+            SelectRule::WinnerTakeAll { .. } | SelectRule::Hysteresis { .. } => {
+                let contending = of(CONTEST_SHARE, radius, Onset::Even(0.0));
                 let contest = builder.components("contest", &contending, &|u| u)?;
-                let rivalry = Rivalry::Contest { decay: decay(RIVALRY_TAU_S) };
+                let stays = 1.0 + self.rule.margin();
+                let (weight, choice) = (CONTEST * stays, CHOICE * stays);
+                let rivalry = Rivalry::Contest { decay: decay(CONTEST_TAU_S), weight, choice };
                 let chosen = chosen(1.0 - CONTEST_SHARE, radius, level)?;
                 populated(chosen, rivalry).and(contest).held(1)
             }
             SelectRule::IndependentAccumulators { tau, .. } => {
-                let gathering = of(RACE_SHARE, 1.0, Onset::Above(0.0));
+                let mut gathering = of(RACE_SHARE, 1.0, Onset::Above(0.0));
+                // Evidence is a number, not a threshold.
+                let least = FEWEST_GATHERING / tuning.scale;
+                if gathering.neurons > 0.0 && gathering.neurons < least {
+                    (gathering.neurons, gathering.onset) = (least, Onset::Even(0.0));
+                }
                 let accumulators = builder.components("accumulators", &gathering, &|u| u)?;
                 let (decay, hold) = (decay(RIVALRY_TAU_S), decay(EVIDENCE_TAU_S));
                 let gain = (EVIDENCE_TAU_S / tau.as_secs_f64()) as Real;
@@ -234,8 +301,8 @@ struct Choice {
 enum Rivalry {
     /// No inhibition: the threshold rule.
     None,
-    /// Each item inhibits all others in proportion to its own utility.
-    Contest { decay: Real },
+    /// Each item inhibits all others in proportion to what is left of its own utility.
+    Contest { decay: Real, weight: Real, choice: Real },
     /// Each item gathers evidence. The first to reach the threshold silences all others.
     Race { decay: Real, hold: Real, gain: Real },
 }
@@ -255,13 +322,16 @@ impl Circuit for Choice {
         let output = &mut *io.results;
         match &self.rivalry {
             Rivalry::None => items.step(0, (net, 1.0), io.state, output),
-            Rivalry::Contest { decay } => {
+            Rivalry::Contest { decay, weight, choice } => {
                 let ([chosen, contest], strengths) = items.split(io.state);
                 let all: Real = strengths.iter().sum();
                 for (net, own) in net.iter_mut().zip(&*strengths) {
-                    *net -= RIVALRY * (all - own);
+                    *net -= weight * (all - own);
                 }
                 items.step(1, (net, 1.0), contest, said);
+                for (net, own) in net.iter_mut().zip(&*strengths) {
+                    *net -= (choice - weight) * (all - own);
+                }
                 for (strength, said) in strengths.iter_mut().zip(&*said) {
                     *strength = decayed(*decay, *strength, *said);
                 }
@@ -280,7 +350,7 @@ impl Circuit for Choice {
                 items.step(1, (said, 1.0), accumulators, output);
                 for ((evidence, kept), net) in evidence.iter_mut().zip(&*output).zip(&*net) {
                     let drive = kept + gain * (net - level);
-                    *evidence = decayed(*hold, *evidence, drive).max(0.0);
+                    *evidence = decayed(*hold, *evidence, drive).clamp(0.0, 1.0);
                 }
                 for (filtered, output) in filtered.iter_mut().zip(&*output) {
                     *filtered = decayed(*decay, *filtered, *output);

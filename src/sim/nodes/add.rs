@@ -35,6 +35,13 @@ impl<V: VocabTag> Add<Pointer<V>> {
     }
 }
 
+impl<K: Kind> Add<K> {
+    /// Creates a sum of values like those of a port of any kind.
+    pub fn of(input: InputSpec<K>, output: OutputSpec<K>) -> Self {
+        Self { input: input.sum(), output }
+    }
+}
+
 impl<K: Kind> Node for Add<K> {
     fn declare(&self, ports: &mut PortDecl) {
         ports.input("in", self.input.clone()).output("out", self.output.clone());

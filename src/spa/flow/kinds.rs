@@ -147,6 +147,6 @@ impl<V: VocabTag> FlowKind for Pointer<V> {
         scope.add(&name, gate)
     }
 
-    /// In neurons a chosen rule may have an activity of 0.9, which would leave the gate half closed.
+    /// In neurons a chosen rule may have an activity of 0.9, by which the gate would weaken the pointer.
     const DRIVE: Real = 2.0;
 }

@@ -1,14 +1,16 @@
-//! A gate: lets a pointer pass while a scalar is 1, and silences it while the scalar is 0.
+//! Gates: pass a value while a scalar is 1, scale it while the scalar is less, and are silent while it is 0.
 
-use super::{FEED_FORWARD, population};
-use crate::neurons::{GatePorts, Layers};
-use crate::sim::{Add, Module, Pointer, Real, Scope, Space, Synapse, VocabTag};
+use super::FEED_FORWARD;
+use crate::neurons::{GatePorts, Layers, Represent};
+use crate::sim::{Add, Module, Pointer, Real, Scalar, Scope, Space, Synapse, Vector, VocabTag};
+use crate::spa::flow::FlowKind;
 use crate::spa::vocabulary::Vocabulary;
 
 /// A gate: lets a pointer pass while it is open, one synapse (5 ms) later. Its input adds any number of connections.
 ///
-/// A sum at `open` below 0 counts as 0, and a sum above 1 as 1. In direct mode, values between 0 and 1 scale the
-/// pointer; neurons respond more steeply.
+/// `open` is a gain, in every mode: the output is `open` times the pointer. Below 0.1 the gate is closed and its neurons
+/// are silent; a sum above 1 counts as 1. Exact, rate and spiking answers differ by at most 0.15 (`docs/agreement.md`).
+/// [`ValueGate`] is a gate for numbers and vectors.
 ///
 /// Pointers are typed by vocabulary. A gate of `Parts` takes a pointer of `Parts`:
 ///
@@ -49,12 +51,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// graph.connect(&nut, &gate.input, Synapse::None);
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
-pub struct Gate<V: VocabTag> {
-    space: Space<V>,
-    radius: Real,
-    synapse: Synapse,
-    inhibition: Real,
-}
+pub struct Gate<V: VocabTag>(ValueGate<Pointer<V>>);
 
 impl<V: VocabTag> Gate<V> {
     /// Makes a gate for pointers of `vocabulary` with a norm of up to 1.
@@ -63,20 +60,69 @@ impl<V: VocabTag> Gate<V> {
     }
 
     pub(crate) fn in_space(space: &Space<V>) -> Self {
-        Self { space: space.clone(), radius: 1.0, synapse: FEED_FORWARD, inhibition: 1.0 }
+        Self(ValueGate::of(space.clone()))
     }
 
     /// Sets the radius: the greatest norm of a pointer that passes unchanged.
     ///
     /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
-    pub fn radius(mut self, radius: Real) -> Self {
-        self.radius = radius;
-        self
+    pub fn radius(self, radius: Real) -> Self {
+        Self(self.0.radius(radius))
     }
 
     /// Sets the current that closes the gate, as a share of the default: see [`Rules::inhibition`](crate::spa::Rules).
     pub(crate) fn inhibition(mut self, share: Real) -> Self {
-        self.inhibition = share;
+        self.0.inhibition = share;
+        self
+    }
+
+    /// Replaces the synapse on the output (default 5 ms).
+    pub fn synapse(self, synapse: Synapse) -> Self {
+        Self(self.0.synapse(synapse))
+    }
+}
+
+impl<V: VocabTag> Module for Gate<V> {
+    type Ports = GatePorts<Pointer<V>>;
+
+    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
+        self.0.expand(scope)
+    }
+}
+
+/// A [`Gate`] for a number or a vector: the output is `open` times the input, one synapse (5 ms) later, and silent while
+/// `open` is below 0.1. Its input adds any number of connections.
+pub struct ValueGate<K: FlowKind> {
+    shape: K::Shape,
+    radius: Real,
+    synapse: Synapse,
+    inhibition: Real,
+    split: bool,
+}
+
+impl ValueGate<Scalar> {
+    /// Makes a gate for a number between -1 and 1.
+    pub fn scalar() -> Self {
+        Self::of(())
+    }
+}
+
+impl ValueGate<Vector> {
+    /// Makes a gate for vectors of `width` components between -1 and 1.
+    pub fn vector(width: usize) -> Self {
+        Self::of(width)
+    }
+}
+
+impl<K: FlowKind> ValueGate<K> {
+    pub(super) fn of(shape: K::Shape) -> Self {
+        Self { shape, radius: 1.0, synapse: FEED_FORWARD, inhibition: 1.0, split: false }
+    }
+
+    /// Sets the greatest magnitude of a component that passes unchanged (default 1). Anything but a finite number above 0
+    /// is a fault when the graph is built.
+    pub fn radius(mut self, radius: Real) -> Self {
+        self.radius = radius;
         self
     }
 
@@ -85,15 +131,24 @@ impl<V: VocabTag> Gate<V> {
         self.synapse = synapse;
         self
     }
+
+    /// Gives each component an ensemble of its own: see [`Represent::split`].
+    pub(super) fn split(mut self) -> Self {
+        self.split = true;
+        self
+    }
 }
 
-impl<V: VocabTag> Module for Gate<V> {
-    type Ports = GatePorts<Pointer<V>>;
+impl<K: FlowKind> Module for ValueGate<K> {
+    type Ports = GatePorts<K>;
 
-    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
-        let layer = population(&self.space, self.radius).inhibition(self.inhibition);
-        let gated: GatePorts<Pointer<V>> = scope.represent_gated("population", layer);
-        let output = scope.add("output", Add::pointer(&self.space));
+    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<K> {
+        let (input, output) = K::specs(&self.shape);
+        let add = Add::of(input.clone(), output.clone());
+        let layer = Represent::new::<K>(input, output, self.radius).inhibition(self.inhibition);
+        let layer = if self.split { layer.split() } else { layer };
+        let gated: GatePorts<K> = scope.represent_gated("population", layer);
+        let output = scope.add("output", add);
         scope.connect(&gated.output, &output.input, self.synapse);
         GatePorts {
             input: scope.input("input", gated.input),

@@ -2,7 +2,8 @@
 //!
 //! Every module filters the output of its populations with a synapse of 5 ms, unless its docs say otherwise. You can
 //! therefore connect its outputs without a synapse. The docs of each module state its delay, which is the same in
-//! every mode.
+//! every mode. How far the answers of a module differ between the modes is bounded: `docs/agreement.md` has the bound of
+//! each, with its inputs and changes.
 
 mod basal_ganglia;
 mod bilinear;
@@ -10,6 +11,7 @@ mod bind;
 mod factored;
 mod gate;
 mod goal_buffer;
+mod integrator;
 mod linear;
 mod maps;
 mod memory;
@@ -25,8 +27,9 @@ pub use basal_ganglia::{BasalGanglia, BasalGangliaPorts};
 pub use bilinear::{Compare, Multiply, Weigh, WeighPorts};
 pub use bind::{Bind, Unbind, UnbindPorts};
 pub use factored::{FactoredSimilarity, FactoredSimilarityPorts, JointMemory, JointMemoryPorts};
-pub use gate::Gate;
-pub use goal_buffer::GoalBuffer;
+pub use gate::{Gate, ValueGate};
+pub use goal_buffer::{GatedMemory, GoalBuffer};
+pub use integrator::{Integrator, Oscillator, OscillatorPorts};
 pub use linear::Linear;
 pub(crate) use maps::{Inverse, Rows, Slice, Sparse, Spread, WeightedRows, weighted_rows};
 pub use memory::{AssociativeMemory, CleanupMemory, MemoryPorts};

@@ -15,9 +15,9 @@ pub(in crate::task::planner) enum Recall {
     /// No state has more than one cause.
     Memory(CauseMemory),
     /// Some states have one cause and some have several.
-    Both(CauseMemory, CauseContest),
+    Both(CauseMemory, Box<CauseContest>),
     /// No state has exactly one cause.
-    Contest(CauseContest),
+    Contest(Box<CauseContest>),
 }
 
 /// The recalled action.
@@ -76,8 +76,8 @@ impl Recall {
         let contest = CauseContest::of(domain, encoded)?;
         match (memory, contest) {
             (Some(memory), None) => Ok(Self::Memory(memory)),
-            (Some(memory), Some(contest)) => Ok(Self::Both(memory, contest)),
-            (None, Some(contest)) => Ok(Self::Contest(contest)),
+            (Some(memory), Some(contest)) => Ok(Self::Both(memory, Box::new(contest))),
+            (None, Some(contest)) => Ok(Self::Contest(Box::new(contest))),
             (None, None) => {
                 let reason = "it has no action; planning needs at least one".into();
                 Err(TaskError::BadDomain { reason })
@@ -99,7 +99,7 @@ impl Recall {
             Self::Both(memory, contest) => (Some(memory), contest),
             Self::Contest(contest) => (None, contest),
         };
-        let contest = scope.add("alternatives", contest);
+        let contest = scope.add("alternatives", *contest);
         scope.route(state >> &contest.state);
         scope.route(present >> &contest.present);
         if let Some(ruled_out) = ruled_out {
