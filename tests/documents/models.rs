@@ -148,14 +148,14 @@ fn a_channel_is_learned_in_rates_and_spikes() {
         for seed in [1, 2] {
             let plan = PopulationPlan::all(population.clone());
             let [first, last] = learned_channel::run(&plan, Seed::new(seed)).expect("runs");
-            assert!(first > 0.06 && last < 0.06 && last < first, "{population:?}: {first} {last}");
+            assert!(last < 0.05 && last < 0.8 * first, "{population:?}: {first} {last}");
         }
     }
 }
 
 #[test]
 fn pairs_are_learned_and_recalled_in_spikes() {
-    let shares = learned_pairs::run(30, 500, Seed::new(1)).expect("runs");
+    let shares = learned_pairs::run(100, 1200, Seed::new(1)).expect("runs");
     assert_eq!(shares.len(), 5);
     let all = shares.iter().sum::<f64>() / 5.0;
     assert!(all >= 0.95, "{shares:?}");

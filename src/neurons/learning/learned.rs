@@ -19,7 +19,7 @@ const MOST_WEIGHTS: usize = 1 << 26;
 /// source, and the activity of the sources.
 ///
 /// The weights are state of the graph. They start as [`weights`](Self::weights) says, and the [rules](Self::rule) change
-/// them; see the module [`learning`](super::learning) for the order within a tick. Costs two operations per weight and
+/// them; see the module [`learning`](super) for the order within a tick. Costs two operations per weight and
 /// tick, or per weight of an active source if at most a quarter of them are, and what the rules cost.
 ///
 /// - From the neurons of an ensemble to a value: [`new`](Self::new), with as many outputs as the value has components. The
