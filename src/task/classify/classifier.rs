@@ -340,6 +340,17 @@ impl Classifier {
         let prior = if state.origin == Origin::Found { FOUND_M } else { PRIOR.0 };
         let prior = prior.min(gaps[i] / GAP);
         let n = place.count.max(1) as f64;
+        // What came to rest in any orientation tumbled, and no sideways direction is narrower than another.
+        let aside = |(j, c): (usize, &Coordinate)| match *c {
+            Coordinate::Tight { sd, .. } if up.is_some_and(|up| up[j] * up[j] < 0.5) => Some(sd),
+            _ => None,
+        };
+        let tumbled = state.origin == Origin::Placed && state.turn == Turn::Free;
+        let sides = place.coordinates.iter().enumerate().filter_map(aside);
+        let sd = match aside((i, &place.coordinates[i])) {
+            Some(sd) if tumbled => sides.fold(sd, f64::max),
+            _ => sd,
+        };
         ((prior * prior + (n - 1.0) * sd * sd) / n + noise).sqrt().max(FLOOR.0)
     }
 
