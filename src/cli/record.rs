@@ -79,6 +79,9 @@ fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Err
     let progress = Progress::new(&args.common);
     let count = args.demos.demos;
     let made = demonstrate_sensed(&*task, count, sensing, seed, &mut ProgressLine::new(&progress))?;
+    for unsolved in &made.shown_again {
+        progress.say(format!("shown again: {unsolved}"));
+    }
     for unsolved in &made.unsolved {
         progress.say(unsolved.to_string());
     }
@@ -87,6 +90,7 @@ fn physical(args: &RecordArgs, sensing: &Sensing) -> Result<(String, Value), Err
         "snapshots": made.recording.snapshot_count(),
         "assembled": made.solved,
         "unsolved": made.unsolved.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "shown_again": made.shown_again.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "simulated_s": made.simulated_s,
     });
     Ok((made.recording.to_jsonl(None)?, summary))

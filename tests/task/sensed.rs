@@ -135,3 +135,26 @@ fn objects_that_are_missing_from_some_frames_do_not_stop_the_robot() {
     let sensing = Sensing { missing_rate: 0.05, outlier_rate: 0.05, ..Sensing::default() };
     solves("nuts-and-bolts", sensing, 610_004);
 }
+
+#[test]
+fn a_demonstration_that_does_not_solve_the_task_is_shown_again_and_not_taught() {
+    use symbolt::robot::arm::GripperSpec;
+
+    let sensing = Sensing::default();
+    // The second demonstration of these fails: no grasp has a path.
+    let task = by_name("movable-jig").expect("a task");
+    let shown = demonstrate_sensed(&*task, 2, &sensing, Seed::new(91_007), &mut Ignore);
+    let shown = shown.expect("it is shown");
+    assert_eq!((shown.solved, shown.recording.demos.len()), (2, 2));
+    assert_eq!((shown.unsolved.len(), shown.shown_again.len()), (0, 1));
+    assert_eq!(shown.shown_again[0].demonstration, 1);
+    assert_eq!(shown.skills.len(), 2, "of what is taught");
+    let domain = learn(&shown.recording, &Settings::default()).expect("learned").domain;
+    let goals: Vec<&str> = domain.goals.iter().map(|g| &*domain.states[g.state].name).collect();
+    assert!(goals.contains(&"BOLT_AT_NUT"), "{goals:?}");
+    // Where nothing works, it ends.
+    let gripper = GripperSpec { force_n: 0.2, friction: 0.1, ..GripperSpec::default() };
+    let task = NutsAndBolts { gripper, ..NutsAndBolts::default() };
+    let shown = demonstrate_sensed(&task, 2, &sensing, Seed::new(1), &mut Ignore).expect("tried");
+    assert_eq!((shown.solved, shown.unsolved.len(), shown.shown_again.len()), (0, 2, 2));
+}

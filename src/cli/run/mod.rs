@@ -21,7 +21,7 @@ use symbolt::study::Tally;
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::{Ended, EpisodeReport, Observer, Observers};
 use symbolt::task::execute::{
-    ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, demonstrate_sensed,
+    ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, Unsolved, demonstrate_sensed,
 };
 use symbolt::task::learn::{Settings, learn_observed};
 use symbolt::task::planner::PlannerBuild;
@@ -56,8 +56,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let count = args.demos.demos;
     let mut line = ProgressLine::new(&progress);
     let shown = demonstrate_sensed(&*task, count, &spec.sensing, seed, &mut line)?;
+    let whys = |of: &[Unsolved]| -> String { of.iter().map(|why| format!("\n{why}")).collect() };
+    if !shown.shown_again.is_empty() {
+        let again = counted(shown.shown_again.len(), "demonstration");
+        let whys = whys(&shown.shown_again);
+        warn(&format!("{again} did not solve the task, so another was shown in its place{whys}"));
+    }
     if shown.solved < count {
-        let whys: String = shown.unsolved.iter().map(|why| format!("\n{why}")).collect();
+        let whys = whys(&shown.unsolved);
         let some = match (count, shown.solved) {
             (1, _) => "the demonstration did not solve the task".into(),
             (_, 0) => format!("none of {count} demonstrations solved the task"),

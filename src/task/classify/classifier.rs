@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use super::layout::{Layout, Located, Miss};
-use super::tolerance::{Directions, Offset, PLAY, Pool, between, predictive, tilt, up_axis};
+use super::tolerance::{
+    Directions, Offset, PLAY, Pool, between, predictive, tilt, up_axis, widening,
+};
 use crate::robot::Pose;
 use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use crate::task::domain::{
@@ -340,6 +342,15 @@ impl Classifier {
         let prior = if state.origin == Origin::Found { FOUND_M } else { PRIOR.0 };
         let prior = prior.min(gaps[i] / GAP);
         let n = place.count.max(1) as f64;
+        let aside = |(j, c): (usize, &Coordinate)| match *c {
+            Coordinate::Tight { sd, .. } if up.is_some_and(|up| up[j] * up[j] < 0.5) => Some(sd),
+            _ => None,
+        };
+        let sides = place.coordinates.iter().enumerate().filter_map(aside);
+        let sd = match aside((i, &place.coordinates[i])) {
+            Some(sd) if tumbled(state) => sides.fold(sd, f64::max),
+            _ => sd,
+        };
         ((prior * prior + (n - 1.0) * sd * sd) / n + noise).sqrt().max(FLOOR.0)
     }
 
@@ -382,7 +393,12 @@ impl Classifier {
                     density -= spread.ln() + 0.919 + 0.5 * z * z;
                 }
                 Coordinate::Open { low, high } => {
-                    let range = (high - low).max(0.01);
+                    let own = (high - low).max(0.01);
+                    // Few poses show little of where things tumble to.
+                    let range = match tumbled(state) {
+                        true => own.max(widest(place)) * widening(place.count),
+                        false => own,
+                    };
                     let beyond = (low - x).max(x - high).max(0.0) / range;
                     // The more poses showed the range, the less likely is a pose beyond.
                     let certain = 2.0 + (place.count as f64).ln_1p();
@@ -442,6 +458,21 @@ fn nearest(matches: &[Match], taken: Pose) -> Located {
 /// Returns whether objects in a state rest in a demonstrated orientation on what they were put onto.
 fn rests(state: &FrameState) -> bool {
     state.origin == Origin::Placed && state.turn != Turn::Free
+}
+
+/// Returns whether objects came to rest in any orientation. They tumbled, so no sideways direction of their place is narrower
+/// than another.
+fn tumbled(state: &FrameState) -> bool {
+    state.origin == Origin::Placed && state.turn == Turn::Free
+}
+
+/// Returns the widest range of a place.
+fn widest(place: &Place) -> f64 {
+    let open = |c: &Coordinate| match c {
+        Coordinate::Open { low, high } => high - low,
+        Coordinate::Tight { .. } => 0.0,
+    };
+    place.coordinates.iter().map(open).fold(0.0, f64::max)
 }
 
 /// Returns the direction, in the frame of a place, of the axis that the state fixes. For a fully constrained orientation,

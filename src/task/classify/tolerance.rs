@@ -64,7 +64,7 @@ const WIDENING: [f64; 9] = [1.935, 1.604, 1.413, 1.288, 1.202, 1.139, 1.090, 1.0
 
 /// Returns the factor by which a standard deviation learned from this number of distinct poses is widened. A place that was
 /// seen once has the prior alone, which is not.
-fn widening(poses: usize) -> f64 {
+pub(crate) fn widening(poses: usize) -> f64 {
     match poses {
         0 | 1 => 1.0,
         n if n > FEW.1 => 1.0,

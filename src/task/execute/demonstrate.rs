@@ -23,8 +23,10 @@ pub struct Demonstrated {
     pub recording: Recording,
     /// Reports of all skills, one list for each demonstration.
     pub skills: Vec<Vec<SkillReport>>,
-    /// The demonstrations that did not solve the task.
+    /// The demonstrations of the recording that did not solve the task.
     pub unsolved: Vec<Unsolved>,
+    /// Demonstrations that did not solve the task and were therefore shown again. They are not in the recording.
+    pub shown_again: Vec<Unsolved>,
     /// Number of demonstrations that solved the task, according to its judge.
     pub solved: usize,
     /// Number of physics steps.
@@ -101,11 +103,23 @@ pub fn demonstrate_observed(
     seed: Seed,
     observer: &mut dyn Observer,
 ) -> Result<Demonstrated, TaskError> {
+    show_all(task, (demos, 0), seed, observer)
+}
+
+/// Demonstrates the task `demos` times. `again` is how many demonstrations in all are shown again if they did not solve the
+/// task.
+fn show_all(
+    task: &dyn Task,
+    (demos, mut again): (usize, usize),
+    seed: Seed,
+    observer: &mut dyn Observer,
+) -> Result<Demonstrated, TaskError> {
     warn_if_unoptimised();
     let mut out = Demonstrated {
         recording: Recording::default(),
         skills: Vec::new(),
         unsolved: Vec::new(),
+        shown_again: Vec::new(),
         solved: 0,
         steps: 0,
         simulated_s: 0.0,
@@ -117,23 +131,35 @@ pub fn demonstrate_observed(
     }
     // Refuse settings without a valid scene even if `demos` is 0.
     task.scene(seed)?.check()?;
-    for demo in 0..demos {
-        let mut scene = Scene::new(task.scene(seed.derive_index("demonstration", demo as u64))?)?;
+    let (mut demo, mut tries) = (0, 0);
+    while demo < demos {
+        let drawn = match tries {
+            0 => seed.derive_index("demonstration", demo as u64),
+            tries => seed.derive_index("demonstration", demo as u64).derive_index("again", tries),
+        };
+        let mut scene = Scene::new(task.scene(drawn)?)?;
         let mut recorder = Recorder::default();
         let mut demonstrator = task.demonstrator(seed, demo);
         observer.observe(&Event::DemonstrationBegan { number: demo, of: demos });
         let (skills, failed) = show(task, &mut *demonstrator, &mut scene, &mut recorder, observer);
-        out.skills.push(skills);
         let Judgement { solved, achieved } = task.judge(&scene);
         observer.observe(&Event::DemonstrationEnded { number: demo, of: demos, solved });
-        out.solved += usize::from(solved);
-        if !solved {
-            out.unsolved.push(Unsolved { demonstration: demo, failed, achieved });
-        }
         out.steps += scene.steps();
         out.simulated_s += scene.time_s();
+        let unsolved = Unsolved { demonstration: demo, failed, achieved };
+        if !solved && again > 0 {
+            (again, tries) = (again - 1, tries + 1);
+            out.shown_again.push(unsolved);
+            continue;
+        }
+        out.solved += usize::from(solved);
+        if !solved {
+            out.unsolved.push(unsolved);
+        }
+        out.skills.push(skills);
         let snapshots = recorder.into_snapshots();
         out.recording.demos.push(Demonstration { number: demo as u64, snapshots });
+        (demo, tries) = (demo + 1, 0);
     }
     Ok(out)
 }
@@ -141,6 +167,9 @@ pub fn demonstrate_observed(
 /// Demonstrates the task, as [`demonstrate_observed`] does, and passes every snapshot of the recording through
 /// `sensing`: one frame for each touch; at the start and the end, where the scene rests, the mean of 25 frames. The
 /// demonstrator and the judge still see the exact scene.
+///
+/// Nobody teaches with what went wrong: a demonstration that did not solve the task is shown again in another scene, up to
+/// `demos` times in all ([`Demonstrated::shown_again`]).
 ///
 /// # Errors
 /// As [`demonstrate`]; [`TaskError::Setting`] for a rate or noise outside its range.
@@ -152,7 +181,7 @@ pub fn demonstrate_sensed(
     observer: &mut dyn Observer,
 ) -> Result<Demonstrated, TaskError> {
     sensing.check()?;
-    let mut shown = demonstrate_observed(task, demos, seed, observer)?;
+    let mut shown = show_all(task, (demos, demos), seed, observer)?;
     if !sensing.is_exact() {
         let (exact, seed) = (shown.recording, seed.derive("", "sensing"));
         shown.recording = sensing.apply_recording(&exact, seed);

@@ -1,6 +1,6 @@
 //! Joins and splits clusters: states with several places, and nudged objects.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use statrs::function::gamma::ln_gamma;
 
@@ -258,21 +258,23 @@ impl Frames<'_, '_> {
                     if state[a] == state[b] || found[a] != found[b] {
                         continue;
                     }
-                    let ends = |x: usize, forwards: bool| -> BTreeSet<usize> {
-                        moves
-                            .keys()
-                            .map(|(f, t)| if forwards { (*f, *t) } else { (*t, *f) })
-                            .filter(|(f, _)| state[*f] == state[x])
-                            .map(|(_, t)| state[t])
-                            .filter(|t| *t != state[x])
-                            .collect()
+                    let ends = |x: usize, forwards: bool| -> BTreeMap<usize, usize> {
+                        let mut ends = BTreeMap::new();
+                        for ((f, t), count) in &moves {
+                            let (f, t) = if forwards { (*f, *t) } else { (*t, *f) };
+                            if state[f] == state[x] && state[t] != state[x] {
+                                *ends.entry(state[t]).or_default() += count;
+                            }
+                        }
+                        ends
                     };
                     let linked = moves.keys().any(|(f, t)| {
                         (state[*f], state[*t]) == (state[a], state[b])
                             || (state[*f], state[*t]) == (state[b], state[a])
                     });
                     let sources = ends(a, false);
-                    let alike = sources == ends(b, false) && ends(a, true) == ends(b, true);
+                    let alike = by_chance(&sources, &ends(b, false))
+                        && by_chance(&ends(a, true), &ends(b, true));
                     let reached = found[a] || !sources.is_empty();
                     let all: Vec<usize> =
                         (0..n).filter(|g| [state[a], state[b]].contains(&state[*g])).collect();
@@ -300,4 +302,23 @@ impl Frames<'_, '_> {
         }
         out.into_values().collect()
     }
+}
+
+/// Least probability at which a difference is taken for chance.
+const CHANCE: f64 = 0.05;
+
+/// Returns whether two places have the same sources or sinks, given with their numbers of moves. One that only one of two
+/// places has is taken for chance if all its moves would often be at that place, were they dealt out at random
+/// (Fisher's exact test). The places must have one in common, unless neither has any.
+fn by_chance(a: &BTreeMap<usize, usize>, b: &BTreeMap<usize, usize>) -> bool {
+    let number = |of: &BTreeMap<usize, usize>| of.values().sum::<usize>();
+    let (of_a, of_b) = (number(a), number(b));
+    let often = |own: &BTreeMap<usize, usize>, other: &BTreeMap<usize, usize>, of: usize| {
+        own.iter().filter(|(end, _)| !other.contains_key(end)).all(|(_, count)| {
+            let here = |i: usize| (of - i) as f64 / (of_a + of_b - i) as f64;
+            (0..*count).map(here).product::<f64>() > CHANCE
+        })
+    };
+    let common = a.keys().any(|end| b.contains_key(end)) || (a.is_empty() && b.is_empty());
+    common && often(a, b, of_a) && often(b, a, of_b)
 }
