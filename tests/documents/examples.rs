@@ -63,9 +63,10 @@ fn same_plan_spiking_takes_the_same_steps() {
     assert_eq!(exact, TEA.map(|(action, ms)| (action.to_owned(), ms)));
     let actions = spiking.iter().map(|(action, _)| action.as_str());
     assert!(actions.eq(TEA.map(|(action, _)| action)), "{spiking:?}");
-    // 224 and 76 ms where this was written; spikes differ between machines, not by more than a few ms.
+    // The second takes 95 ms where this was written: a gate is a gain in neurons too, and opens as gradually as in exact
+    // maths. Spikes differ between machines, not by more than a few ms.
     for ((_, exact), (_, spiking)) in exact.iter().zip(&spiking) {
-        assert!((spiking - exact).abs() <= 20.0, "{exact} and {spiking} ms");
+        assert!((spiking - exact).abs() <= 30.0, "{exact} and {spiking} ms");
     }
 }
 

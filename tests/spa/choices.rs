@@ -292,20 +292,6 @@ fn a_goal_buffer_keeps_norm_and_direction_for_two_seconds() {
 }
 
 #[test]
-#[ignore = "long statistics"]
-fn goal_buffers_of_any_size_keep_norm_and_direction_for_two_seconds() {
-    for dim in [64, 256, 512] {
-        for weight in [0.5, 0.7, 1.0] {
-            for seed in 1..=5 {
-                let [_, (length, direction)] = held(dim, weight, seed);
-                println!("{dim} {weight} {seed}: norm {length:.3} cosine {direction:.3}");
-                assert!((length - 1.0).abs() < 0.12 && direction > 0.9, "{dim} {weight} {seed}");
-            }
-        }
-    }
-}
-
-#[test]
 fn a_state_remembers_as_well_as_that_of_the_reference() {
     let cosines: Vec<Real> = (1..=5)
         .map(|seed| {
