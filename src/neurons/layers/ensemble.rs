@@ -419,6 +419,7 @@ impl Layer for Ensemble {
             functions: functions.collect(),
             special,
             tuned: settings.draws_rates_by_plan(),
+            driven: self.exposed,
         };
         let partition = builder.balance.partition(shape, 1);
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
