@@ -48,7 +48,8 @@ fn tuning_curves() -> Done {
         let [low, middle, high] = [0, 1, 2].map(|at| rates[[at, neuron]]);
         println!("spiking neuron {neuron}: {low:.0} {middle:.0} {high:.0} Hz");
     }
-    println!("spiking error: {:.3}", a.error("x")?);
+    let error = a.error("x")?;
+    println!("spiking error: {error:.3}");
     Ok(())
 }
 
@@ -194,7 +195,8 @@ fn solvers() -> Done {
     let a = BuiltLayer::of(&graph, "a")?.ensemble(0)?;
     for name in ["default", "sparse", "positive"] {
         let used = a.decoders(name)?.iter().filter(|decoder| **decoder != 0.0).count();
-        println!("spiking {name}: error {:.3} with {used} neurons", a.error(name)?);
+        let error = a.error(name)?;
+        println!("spiking {name}: error {error:.3} with {used} neurons");
     }
     Ok(())
 }
