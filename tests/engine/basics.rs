@@ -374,10 +374,10 @@ figures! {
     oscillator: 3000, 10.0, [9.968, 9.984, 10.021], 8, |of| speed(&of[0]);
     controlled_oscillator: 3000, 10.0, [9.61, 9.94, 10.14], 14, |of| speed(&of[0]);
     lorenz: 10000, 7.9, [5.38, 7.22, 9.40], 12, |of| spread(&of[0][2000..]);
-    learned_channel: 6000, 0.0, [0.10879, 0.12973, 0.15615], 14, |of| rms(&of[1], &of[0], 4000);
-    learned_square: 6000, 0.0, [0.06454, 0.10382, 0.12023], 14, |of| {
+    learned_channel: 15000, 0.0, [0.0491, 0.0590, 0.0723], 14, |of| rms(&of[1], &of[0], 13000);
+    learned_square: 15000, 0.0, [0.0507, 0.0585, 0.0682], 14, |of| {
         let square: Rows = of[0].iter().map(|row| vec![row[0] * row[0]]).collect();
-        rms(&of[1], &square, 4000)
+        rms(&of[1], &square, 13000)
     };
     array: 500, 0.0, [0.0068, 0.0089, 0.0113], 8, |of| {
         let off = EIGHT.iter().enumerate().map(|(at, x)| (level(&of[0][200..], at) - x).powi(2));
