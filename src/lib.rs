@@ -45,6 +45,7 @@
 //! | compute with pointers | [`Bind`](spa::Bind), [`Unbind`](spa::Unbind), [`CleanupMemory`](spa::CleanupMemory), [`AssociativeMemory`](spa::AssociativeMemory), [`State`](spa::State), [`GoalBuffer`](spa::GoalBuffer), [`BasalGanglia`](spa::BasalGanglia) |
 //! | choose exact maths, rates or spikes | [`PopulationPlan`](neurons::PopulationPlan), [`Population`](neurons::Population), [`LifSpec`](neurons::LifSpec) |
 //! | run a graph | [`Simulator`](sim::Simulator), [`RunConfig`](sim::RunConfig), [`Seed`](sim::Seed) |
+//! | model ensembles, dynamics and learning | [`Ensemble`](neurons::Ensemble), [`Learned`](neurons::Learned), [`BuiltLayer`](neurons::BuiltLayer) |
 //! | add your own module, node or world | [`Module`](sim::Module), [`Node`](sim::Node), [`World`](sim::World) |
 //! | learn a domain | [`Recording`](task::Recording), [`learn`](task::learn::learn), [`RelationalDomain`](task::domain::RelationalDomain) |
 //! | find an object's state | [`Classifier`](task::classify::Classifier) |
@@ -56,13 +57,13 @@
 )]
 //! | repeat trials and analyse them | [`Experiment`](study::experiment::Experiment), [`Run`](study::experiment::Run) |
 //!
-//! [`prelude`] exports what nearly every program needs. [`guide`] has guides: expressions and rules, planner graphs in code, your own
-//! modules, timing, ablations, your own recordings, and the scene.
+//! [`prelude`] exports what nearly every program needs. [`guide`] has guides: models of the Neural Engineering Framework,
+//! expressions and rules, planner graphs in code, your own modules, timing, ablations, your own recordings, and the scene.
 //!
 //! # What it is not for
 //!
-//! - General neural networks: there are no learning rules for synapses, no neuron models besides LIF, its rate and your own, and
-//!   no GPU backend.
+//! - Deep learning: nothing is differentiated, and there is no GPU backend. Ensembles, dynamics and learning rules of the Neural
+//!   Engineering Framework are here: see [`guide::nef`].
 //! - Existing Nengo models: they have to be rewritten. The README compares the names.
 //! - Perception: the learner and the planner receive poses of objects, not images.
 //! - Driving a real arm: the robot and its physics are a simulation, with perfect sensing.

@@ -30,6 +30,8 @@ mod assembly_scene;
 mod guide_ablation;
 #[path = "../../examples/guide_expressions.rs"]
 mod guide_expressions;
+#[path = "../../examples/guide_nef.rs"]
+mod guide_nef;
 #[path = "../../examples/guide_own_module.rs"]
 mod guide_own_module;
 #[path = "../../examples/guide_own_task.rs"]
@@ -146,6 +148,11 @@ fn the_guide_to_planner_graphs_shows_what_its_program_prints() {
 #[test]
 fn the_guide_to_modules_shows_what_its_program_prints() {
     guide!("own_module", guide_own_module).check();
+}
+
+#[test]
+fn the_guide_to_the_neural_engineering_framework_shows_what_its_program_prints() {
+    guide!("nef", guide_nef).check();
 }
 
 #[test]

@@ -37,9 +37,9 @@ pub(super) struct Decoded {
 ///
 /// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
 /// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
-/// radius, and intercepts from the distribution of one of its coordinates, so that neurons fire where values are
-/// (Gosmann and Eliasmith 2016). Direct mode computes the functions exactly, of the vector limited to the radius, because
-/// neurons saturate there. Solving costs O(points x neurons^2), about 0.1 s for 1,000 neurons.
+/// radius, and in one dimension lie evenly apart. Intercepts are drawn from the distribution of one coordinate of the
+/// points, so that neurons fire where values are (Gosmann and Eliasmith 2016). Direct mode computes the functions
+/// exactly, of the vector limited to the radius, because neurons saturate there. Solving costs O(points x neurons^2), about 0.1 s for 1,000 neurons.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
@@ -461,6 +461,10 @@ impl Ensemble {
             Some(Ok(count)) => *count,
             None => (neurons * 3 / 2).clamp(500, 3_000),
         };
+        if self.dims == 1 {
+            // Evenly apart, as in other layers: chance would favour one side of few neurons.
+            return (0..count).map(|p| (2 * p + 1) as f64 / count as f64 - 1.0).collect();
+        }
         let mut rng = seed.derive("", "points").rng();
         let mut values = vec![0.0; count * self.dims];
         values.chunks_exact_mut(self.dims).for_each(|value| in_ball(&mut rng, value));
