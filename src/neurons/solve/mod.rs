@@ -103,10 +103,6 @@ pub(crate) fn solve_all(
     seed: Seed,
 ) -> Result<Vec<f64>, TuningError> {
     let outputs = points.outputs;
-    if special.is_empty() && points.wanted.iter().all(|wanted| *wanted == 0.0) {
-        // Nothing to decode: bare neurons may be silent wherever the value is, and wait for currents.
-        return Ok(vec![0.0; neurons.count() * outputs]);
-    }
     let covered: usize = special.iter().map(|special| special.columns.len()).sum();
     let mut all = match covered < outputs {
         true => solve(model, neurons, points, regularisation)?,
