@@ -30,9 +30,9 @@ fn encoders_gains_and_biases_are_those_given() {
     let kept = read(Encoders::given(rows.clone()).unscaled());
     for (n, row) in rows.iter().enumerate() {
         let length = row[0].hypot(row[1]);
-        for k in 0..2 {
-            assert!((scaled.encoders()[[n, k]] - row[k] / length).abs() < 1e-12);
-            assert_eq!(kept.encoders()[[n, k]], row[k]);
+        for (k, component) in row.iter().enumerate() {
+            assert!((scaled.encoders()[[n, k]] - component / length).abs() < 1e-12);
+            assert_eq!(kept.encoders()[[n, k]], *component);
         }
     }
     assert_eq!((scaled.gains(), scaled.biases()), (&gains[..], &biases[..]));
