@@ -23,6 +23,7 @@ mod models;
 mod neuron_ports;
 mod npz;
 mod parallel;
+mod peers;
 mod populations;
 mod probes;
 mod processes;

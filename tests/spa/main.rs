@@ -13,6 +13,7 @@ mod item_memories;
 mod laws;
 mod modules;
 mod pair_networks;
+mod peers;
 mod predictions;
 mod resonators;
 mod retrieval;

@@ -169,7 +169,10 @@ impl<K: FlowKind> Module for GatedMemory<K> {
         let memory = scope.add("memory", add());
         let output = scope.add("output", add());
         let difference = scope.add("difference", superpose(&[1.0, -1.0]));
-        let gate = ValueGate::<K>::of(self.shape.clone()).radius(radius).synapse(self.synapse);
+        // A number behind the gate drives the memory to its limit long before the difference is greatest. Neurons that
+        // represent no more are less noisy.
+        let passed = if split { ROOM } else { ROOM.min((ROOM + 1.0) / gain) } * self.radius;
+        let gate = ValueGate::<K>::of(self.shape.clone()).radius(passed).synapse(self.synapse);
         let gate = scope.add("gate", if split { gate.split() } else { gate });
         let drive = scope.add("drive", superpose(&[gain]));
         scope.connect(&held.output, &memory.input, RECURRENT);
