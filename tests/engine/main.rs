@@ -12,6 +12,7 @@ mod rectified;
 #[path = "../support/things.rs"]
 mod things;
 
+mod broken;
 mod determinism;
 mod engine;
 mod ensembles;
