@@ -272,7 +272,7 @@ fn wrong_settings_are_refused_with_one_sentence() {
         assert!(said.contains(expected), "{said}");
     }
     let said = refused(&|l| l.rule(Pes::default().pre_synapse(zero)));
-    assert!(said.contains("`pre_synapse` is a low-pass of 0 s"), "{said}");
+    assert!(said.contains("expected `Synapse::None` or a low-pass above 0 s"), "{said}");
     let mut graph = GraphBuilder::new();
     let pre = graph.add("activity", Constant::vector(&[1.0]));
     graph.add("learned", Learned::new(&pre, 0));

@@ -202,6 +202,6 @@ fn check_synapse(name: &'static str, synapse: Synapse) -> Result<(), TuningError
     match synapse {
         Synapse::None => Ok(()),
         Synapse::Lowpass { tau } if !tau.is_zero() => Ok(()),
-        other => Err(refuse(name, format!("{other:?}"), "`Synapse::None` or a low-pass above 0 s")),
+        other => Err(refuse(name, other, "`Synapse::None` or a low-pass above 0 s")),
     }
 }

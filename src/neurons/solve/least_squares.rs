@@ -41,6 +41,13 @@ impl Points {
     }
 }
 
+impl Points {
+    /// Returns whether anything but zero is to be decoded. Neurons that currents alone drive may be silent at all points.
+    pub fn asks(&self) -> bool {
+        self.wanted.iter().any(|wanted| *wanted != 0.0)
+    }
+}
+
 /// Floating-point types in which a system can be solved.
 pub(crate) trait Precision: NdFloat {
     fn of(value: f64) -> Self;
@@ -154,7 +161,7 @@ fn solve_in<T: Precision>(
     let at = rates::<T>(model, neurons, &points.values);
     let (m, count) = at.dim();
     let greatest = greatest(&at).double();
-    if greatest == 0.0 && at.iter().all(|rate| *rate == T::zero()) {
+    if greatest == 0.0 && at.iter().all(|rate| *rate == T::zero()) && points.asks() {
         return Err(TuningError::Silent { points: m });
     }
     let noise = (regularisation * greatest).powi(2) * m as f64;
