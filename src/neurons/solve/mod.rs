@@ -105,8 +105,7 @@ pub(crate) fn solve_all(
     let outputs = points.outputs;
     let covered: usize = special.iter().map(|special| special.columns.len()).sum();
     // Targets of 0, such as those of an ensemble of bare neurons, need neither a solution nor neurons that fire.
-    let wanted = covered < outputs && points.wanted.iter().any(|target| *target != 0.0);
-    let mut all = match wanted {
+    let mut all = match covered < outputs && points.asks() {
         true => solve(model, neurons, points, regularisation)?,
         false => vec![0.0; neurons.count() * outputs],
     };
