@@ -10,7 +10,6 @@ use crate::task::error::TaskError;
 use crate::task::propositional::Domain;
 
 /// How actions are recalled.
-#[expect(clippy::large_enum_variant, reason = "a graph has one")]
 pub(in crate::task::planner) enum Recall {
     /// No state has more than one cause.
     Memory(CauseMemory),
