@@ -39,8 +39,6 @@ pub(super) struct Outputs {
     pub special: Vec<Special>,
     /// Whether neurons are drawn by the tuning, so that its greatest rate must be possible.
     pub tuned: bool,
-    /// Whether currents drive the neurons too.
-    pub driven: bool,
 }
 
 /// Ensembles of one dimension, one for each component of a vector.
@@ -236,7 +234,7 @@ impl PopulationBuilder<'_> {
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Send + Sync + 'static,
     ) -> Result<Ensembles, TuningError> {
         let functions = vec![("out".into(), shape.outputs)];
-        let outputs = Outputs { functions, special: Vec::new(), tuned: true, driven: false };
+        let outputs = Outputs { functions, special: Vec::new(), tuned: true };
         self.bank_of((shape, partition), role, marks, outputs, draft)
     }
 
@@ -267,18 +265,9 @@ impl PopulationBuilder<'_> {
             }
             (None, own) => {
                 let (dt_s, regularisation) = (self.dt_s, tuning.regularisation);
-                let (model, special, driven) = (&**model, &*outputs.special, outputs.driven);
-                let recipe = Recipe {
-                    model,
-                    dt_s,
-                    shape,
-                    regularisation,
-                    seed,
-                    fingerprint,
-                    own,
-                    special,
-                    driven,
-                };
+                let (model, special) = (&**model, &*outputs.special);
+                let recipe =
+                    Recipe { model, dt_s, shape, regularisation, seed, fingerprint, own, special };
                 Arc::new(recipe.solve(&draft)?)
             }
         };

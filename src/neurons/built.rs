@@ -234,7 +234,8 @@ impl BuiltEnsemble {
         &*self.model
     }
 
-    /// Returns where along its encoder, in units of the radius, each neuron begins to fire.
+    /// Returns where along its encoder, in units of the radius, each neuron begins to fire; not a finite number for a
+    /// gain of 0.
     pub fn intercepts(&self) -> Vec<f64> {
         let onset = self.model.onset();
         let neurons = self.gains().iter().zip(self.biases());

@@ -49,6 +49,14 @@ pub(crate) fn refuse(
     TuningError::Setting { name, value: value.to_string(), expected: expected.to_string() }
 }
 
+/// Returns a fault unless a setting is a finite number of at least 0.
+pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<(), TuningError> {
+    match value.is_finite() && value >= 0.0 {
+        true => Ok(()),
+        false => Err(refuse(name, value, "a finite number of at least 0")),
+    }
+}
+
 /// The number of neurons that a layer gets, and the ranges from which they are drawn, for any
 /// [`NeuronModel`](super::NeuronModel). The standard networks of `symbolt bench` use the defaults.
 ///
@@ -129,9 +137,7 @@ impl Tuning {
             let expected = "two rates in rising order, above 0";
             return Err(refuse("max_rates", said(self.max_rates), expected));
         }
-        if !(self.item_spread.is_finite() && self.item_spread >= 0.0) {
-            return Err(refuse("item_spread", self.item_spread, "a finite number of at least 0"));
-        }
+        not_negative("item_spread", self.item_spread)?;
         if !(rising(self.intercepts) && self.intercepts[0] >= -1.0 && self.intercepts[1] < 1.0) {
             let expected = "two numbers in rising order, at least -1 and below 1";
             return Err(refuse("intercepts", said(self.intercepts), expected));

@@ -13,6 +13,7 @@ mod rectified;
 mod things;
 
 mod basics;
+mod broken;
 mod determinism;
 mod engine;
 mod ensembles;

@@ -76,7 +76,7 @@ fn spikes_are_those_that_are_recorded_each_one_over_the_tick() {
     for (ensemble, count) in layouts() {
         let mut graph = GraphBuilder::new();
         let given = graph.add("given", Constant::vector(&currents(count)));
-        let bare = graph.add("bare", ensemble.identity("same"));
+        let bare = graph.add("bare", ensemble.decode("zero", 1, |_, out| out[0] = 0.0));
         graph.route(&given >> &bare.currents());
         let (probe, spikes) =
             (graph.probe(&bare.neurons(), ProbeSpec::default()), graph.probe_spikes("bare"));

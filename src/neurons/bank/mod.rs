@@ -101,17 +101,14 @@ pub(crate) struct Recipe<'a> {
     pub own: Option<Vec<usize>>,
     /// Outputs with points or a solver of their own.
     pub special: &'a [Special],
-    /// Whether currents drive the neurons too, so that an ensemble may be silent at every value.
-    pub driven: bool,
 }
 
 #[cfg(test)]
 impl<'a> Recipe<'a> {
     /// A recipe of the default regularisation and a fixed seed.
     pub fn of(model: &'a dyn NeuronModel, dt_s: f64, shape: Shape) -> Self {
-        let (seed, fingerprint, own, special) = (Seed::new(1), 0, None, &[]);
-        let (regularisation, driven) = (0.1, false);
-        Self { model, dt_s, shape, regularisation, seed, fingerprint, own, special, driven }
+        let (seed, fingerprint, own) = (Seed::new(1), 0, None);
+        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own, special: &[] }
     }
 }
 
@@ -142,18 +139,13 @@ impl Recipe<'_> {
             .map(|index| {
                 let seed = ensemble_seed(seed, index);
                 let draft = draft(index, seed)?;
-                let decoders = match solve::solve_all(
+                let decoders = solve::solve_all(
                     (model, &draft.neurons),
                     &draft.points,
                     self.regularisation,
                     self.special,
                     seed,
-                ) {
-                    Err(TuningError::Silent { .. }) if self.driven => {
-                        vec![0.0; shape.neurons * shape.outputs]
-                    }
-                    solved => solved?,
-                };
+                )?;
                 Ok(LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape))
             })
             .collect::<Result<_, TuningError>>()?;

@@ -107,7 +107,8 @@ impl EnsemblePorts {
     }
 
     /// Returns the input of currents into bare neurons: one number per neuron, copy by copy, added after gain and bias.
-    /// Adds any number of connections, or none.
+    /// Adds any number of connections, or none. What reaches `.neurons` in Nengo is multiplied by the neurons' gains:
+    /// the input for that is [`encoded`](Self::encoded).
     pub fn currents(&self) -> In<Vector> {
         self.node.input("currents")
     }
@@ -182,8 +183,9 @@ impl Ensemble {
 
     /// Adds ports for the neurons themselves: the output [`neurons`](EnsemblePorts::neurons), and the inputs
     /// [`currents`](EnsemblePorts::currents) and [`encoded`](EnsemblePorts::encoded). Their widths need
-    /// [`neurons`](Self::neurons). The value to represent may then stay unconnected, and no function need be decoded. In
-    /// direct mode there are no neurons, which is a fault when the graph is built.
+    /// [`neurons`](Self::neurons). The value to represent may then stay unconnected, and no function need be decoded: such
+    /// bare neurons need not fire at any value, and nothing is solved. In direct mode there are no neurons, which is a
+    /// fault when the graph is built.
     ///
     /// Inhibition: while `stop` is 1, no neuron fires, whatever the value is.
     ///
@@ -419,7 +421,6 @@ impl Layer for Ensemble {
             functions: functions.collect(),
             special,
             tuned: settings.draws_rates_by_plan(),
-            driven: self.exposed,
         };
         let partition = builder.balance.partition(shape, 1);
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());

@@ -43,7 +43,7 @@ pub enum SelectRule {
         level: Real,
     },
     /// Chooses as [`WinnerTakeAll`](Self::WinnerTakeAll), but the winner stays until another utility is greater than
-    /// `1 + margin` times its own, or its own falls below the level.
+    /// `1 + margin` times its own, or its own falls below the level. In neurons the rival needs up to a twentieth more.
     Hysteresis {
         /// Least utility of a chosen item (finite).
         level: Real,

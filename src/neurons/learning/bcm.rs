@@ -1,10 +1,7 @@
 //! The rule of Bienenstock, Cooper and Munro: weights grow where the target fires above its threshold, which slides.
 
-use super::{
-    LearningRule, LearningTick, Needs, Stretch, WeightShape, check_rate, check_synapse, follow,
-    hash_synapse,
-};
-use crate::neurons::tuning::TuningError;
+use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Synapse};
 
 /// The rule of Bienenstock, Cooper and Munro ("Theory for the development of neuron selectivity", J Neurosci 2:32, 1982):
@@ -59,7 +56,7 @@ impl LearningRule for Bcm {
     }
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
-        check_rate("rate", self.rate)?;
+        not_negative("rate", self.rate)?;
         for (name, synapse) in
             ["pre_synapse", "post_synapse", "theta_synapse"].into_iter().zip(self.synapses)
         {
@@ -88,6 +85,6 @@ impl LearningRule for Bcm {
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.real(self.rate);
-        self.synapses.iter().for_each(|synapse| hash_synapse(hash, *synapse));
+        self.synapses.iter().for_each(|synapse| synapse.fingerprint(hash));
     }
 }

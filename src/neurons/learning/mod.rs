@@ -197,14 +197,6 @@ fn low_pass(decay: f64, input: &[Real], traces: &mut [f64]) {
     }
 }
 
-/// Checks a learning rate, or another number of which more acts more.
-fn check_rate(name: &'static str, value: f64) -> Result<(), TuningError> {
-    if value.is_finite() && value >= 0.0 {
-        return Ok(());
-    }
-    Err(refuse(name, value, "a finite number of at least 0"))
-}
-
 /// Checks a synapse within a rule.
 fn check_synapse(name: &'static str, synapse: Synapse) -> Result<(), TuningError> {
     match synapse {
@@ -212,11 +204,4 @@ fn check_synapse(name: &'static str, synapse: Synapse) -> Result<(), TuningError
         Synapse::Lowpass { tau } if !tau.is_zero() => Ok(()),
         other => Err(refuse(name, other, "`Synapse::None` or a low-pass above 0 s")),
     }
-}
-
-fn hash_synapse(hash: &mut Fingerprint, synapse: Synapse) {
-    match synapse {
-        Synapse::Lowpass { tau } => hash.number(1).number(tau.as_micros()),
-        _ => hash.number(0),
-    };
 }

@@ -1,10 +1,7 @@
 //! Oja's rule: weights grow between neurons that fire together, and stay bounded.
 
-use super::{
-    LearningRule, LearningTick, Needs, Stretch, WeightShape, check_rate, check_synapse, follow,
-    hash_synapse,
-};
-use crate::neurons::tuning::TuningError;
+use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Synapse};
 
 /// Oja's rule (Oja, "Simplified neuron model as a principal component analyzer", J Math Biol 15:267, 1982): `w[j][i]`
@@ -59,8 +56,8 @@ impl LearningRule for Oja {
     }
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
-        check_rate("rate", self.rate)?;
-        check_rate("beta", self.beta)?;
+        not_negative("rate", self.rate)?;
+        not_negative("beta", self.beta)?;
         check_synapse("pre_synapse", self.synapses[0])?;
         check_synapse("post_synapse", self.synapses[1])?;
         let state = vec![("pre", shape.inputs), ("post", shape.outputs)];
@@ -83,6 +80,6 @@ impl LearningRule for Oja {
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.real(self.rate).real(self.beta);
-        self.synapses.iter().for_each(|synapse| hash_synapse(hash, *synapse));
+        self.synapses.iter().for_each(|synapse| synapse.fingerprint(hash));
     }
 }

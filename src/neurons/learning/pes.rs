@@ -1,10 +1,7 @@
 //! The prescribed error sensitivity: weights follow an error.
 
-use super::{
-    LearningRule, LearningTick, Needs, Stretch, WeightShape, check_rate, check_synapse, follow,
-    hash_synapse,
-};
-use crate::neurons::tuning::TuningError;
+use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Real, Synapse};
 
 /// How a rule is told what is wrong.
@@ -91,7 +88,7 @@ impl LearningRule for Pes {
     }
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
-        check_rate("rate", self.rate)?;
+        not_negative("rate", self.rate)?;
         check_synapse("pre_synapse", self.pre)?;
         let (signal, output) = self.teacher.needs(shape);
         let state = vec![("pre", shape.inputs), ("error", shape.outputs)];
@@ -116,7 +113,7 @@ impl LearningRule for Pes {
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash_synapse(hash.real(self.rate), self.pre);
+        self.pre.fingerprint(hash.real(self.rate));
         self.teacher.hash(hash);
     }
 }

@@ -1,11 +1,8 @@
 //! Recursive least squares: weights follow an error as fast as the correlations of the activities allow.
 
 use super::pes::Teacher;
-use super::{
-    LearningRule, LearningTick, Needs, Stretch, WeightShape, check_rate, check_synapse, follow,
-    hash_synapse,
-};
-use crate::neurons::tuning::{TuningError, refuse};
+use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Synapse};
 
 /// Recursive least squares (Sussillo and Abbott, "Generating coherent patterns of activity from chaotic neural networks",
@@ -61,7 +58,7 @@ impl LearningRule for Rls {
     }
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
-        check_rate("rate", self.rate)?;
+        not_negative("rate", self.rate)?;
         check_synapse("pre_synapse", self.pre)?;
         let WeightShape { outputs, inputs } = shape;
         if inputs > MOST_INPUTS {
@@ -110,7 +107,7 @@ impl LearningRule for Rls {
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash_synapse(hash.real(self.rate), self.pre);
+        self.pre.fingerprint(hash.real(self.rate));
         self.teacher.hash(hash);
     }
 }

@@ -1,10 +1,7 @@
 //! The Vector-Oja rule: encoders move toward the values at which their neurons fire.
 
-use super::{
-    LearningRule, LearningTick, Needs, Stretch, WeightShape, check_rate, check_synapse, follow,
-    hash_synapse,
-};
-use crate::neurons::tuning::{TuningError, refuse};
+use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Synapse};
 
 /// The Vector-Oja rule (Voelker, Crawford and Eliasmith, "Learning large-scale heteroassociative memories in spiking
@@ -42,7 +39,8 @@ impl Voja {
         self
     }
 
-    /// Sets the radius by which values are divided: that of the ensemble (default 1, above 0).
+    /// Sets the radius by which values are divided: that of the ensemble (default 1, above 0). Nengo does not divide:
+    /// there encoders move toward the value itself, as with 1.
     pub fn radius(mut self, radius: f64) -> Self {
         self.radius = radius;
         self
@@ -55,7 +53,7 @@ impl LearningRule for Voja {
     }
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
-        check_rate("rate", self.rate)?;
+        not_negative("rate", self.rate)?;
         check_synapse("post_synapse", self.post)?;
         if !(self.radius.is_finite() && self.radius > 0.0) {
             return Err(refuse("radius", self.radius, "a finite number above 0"));
@@ -80,6 +78,6 @@ impl LearningRule for Voja {
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash_synapse(hash.real(self.rate).real(self.radius), self.post);
+        self.post.fingerprint(hash.real(self.rate).real(self.radius));
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Block, Firing, Lif, NeuronModel, Start, Variable, check_seconds};
-use crate::neurons::tuning::{TuningError, refuse};
+use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Real};
 
 /// A [`Lif`] neuron whose spikes reduce its current (La Camera et al., "Minimal models of adapted neuronal response to
@@ -72,10 +72,7 @@ impl AdaptiveLif {
             let expected = format!("at most tau_n ({} s)", self.tau_n_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
-        match self.inc_n.is_finite() && self.inc_n >= 0.0 {
-            true => Ok(()),
-            false => Err(refuse("inc_n", self.inc_n, "a finite number of at least 0")),
-        }
+        not_negative("inc_n", self.inc_n)
     }
 
     /// Steps one neuron in double precision, as [`Lif::step_exactly`] does; `adaptation` starts at 0. Returns whether

@@ -8,7 +8,7 @@ use super::{
     Block, Firing, NeuronModel, SPIKES, Start, Variable, check_seconds, least_current, line,
     rate_at,
 };
-use crate::neurons::tuning::{TuningError, refuse};
+use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Real};
 
 /// A neuron of Izhikevich ("Simple model of spiking neurons", 2003): `v' = 0.04 v^2 + 5 v + 140 - u + J` and
@@ -112,10 +112,7 @@ impl NeuronModel for Izhikevich {
         if !(-1e3..PEAK).contains(&self.reset_voltage) {
             return Err(refuse("reset_voltage", self.reset_voltage, "-1000 to below 30 mV"));
         }
-        if !(self.reset_recovery.is_finite() && self.reset_recovery >= 0.0) {
-            let expected = "a finite number of at least 0";
-            return Err(refuse("reset_recovery", self.reset_recovery, expected));
-        }
+        not_negative("reset_recovery", self.reset_recovery)?;
         check_seconds("tick", dt_s)?;
         match dt_s <= 0.001 {
             true => Ok(()),

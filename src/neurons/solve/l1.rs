@@ -2,8 +2,8 @@
 
 use ndarray::{Array2, ArrayView2};
 
-use super::{Solver, check_parameter, greatest, normal};
-use crate::neurons::tuning::{TuningError, refuse};
+use super::{Solver, greatest, normal};
+use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Seed};
 
 /// The elastic net: least `|A d - y|^2 / (2 m) + a |d|_1 + b |d|^2 / 2`, with `a = l1 r` and `b = l2 r^2` for the
@@ -41,8 +41,8 @@ impl Solver for L1 {
         targets: ArrayView2<'_, f64>,
         _seed: Seed,
     ) -> Result<Array2<f64>, TuningError> {
-        check_parameter("l1", self.l1)?;
-        check_parameter("l2", self.l2)?;
+        not_negative("l1", self.l1)?;
+        not_negative("l2", self.l2)?;
         if self.sweeps == 0 {
             return Err(refuse("sweeps", 0, "at least 1"));
         }

@@ -39,9 +39,7 @@ impl Points {
         let wanted = rows.flat_map(|row| row[columns.clone()].iter().copied()).collect();
         Self { values: self.values.clone(), wanted, outputs: columns.len() }
     }
-}
 
-impl Points {
     /// Returns whether anything but zero is to be decoded. Neurons that currents alone drive may be silent at all points.
     pub fn asks(&self) -> bool {
         self.wanted.iter().any(|wanted| *wanted != 0.0)

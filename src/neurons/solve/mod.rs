@@ -104,7 +104,8 @@ pub(crate) fn solve_all(
 ) -> Result<Vec<f64>, TuningError> {
     let outputs = points.outputs;
     let covered: usize = special.iter().map(|special| special.columns.len()).sum();
-    let mut all = match covered < outputs {
+    // Targets of 0, such as those of an ensemble of bare neurons, need neither a solution nor neurons that fire.
+    let mut all = match covered < outputs && points.asks() {
         true => solve(model, neurons, points, regularisation)?,
         false => vec![0.0; neurons.count() * outputs],
     };
@@ -173,12 +174,4 @@ fn solve_normal(
 /// Returns the greatest rate, at least 0.
 fn greatest(rates: ArrayView2<'_, f64>) -> f64 {
     rates.iter().copied().fold(0.0, f64::max)
-}
-
-/// Returns a fault unless a parameter is a finite number of at least 0.
-fn check_parameter(name: &'static str, value: f64) -> Result<(), TuningError> {
-    match value.is_finite() && value >= 0.0 {
-        true => Ok(()),
-        false => Err(refuse(name, value, "a finite number of at least 0")),
-    }
 }

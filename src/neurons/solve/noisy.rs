@@ -3,8 +3,8 @@
 use ndarray::{Array2, ArrayView2};
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Solver, check_parameter, greatest, solve_normal};
-use crate::neurons::tuning::TuningError;
+use super::{Solver, greatest, solve_normal};
+use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Seed};
 
 /// Least squares on rates to which normal noise was added (`LstsqNoise` of Nengo), or by which they were multiplied
@@ -38,7 +38,7 @@ impl Solver for Noisy {
         targets: ArrayView2<'_, f64>,
         seed: Seed,
     ) -> Result<Array2<f64>, TuningError> {
-        check_parameter("noise", self.noise)?;
+        not_negative("noise", self.noise)?;
         let (mut rng, scale) = (seed.rng(), self.noise * greatest(rates));
         let noisy = rates.mapv(|rate| {
             let normal: f64 = StandardNormal.sample(&mut rng);

@@ -2,8 +2,8 @@
 
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
 
-use super::{Solver, check_parameter, dense, greatest, normal};
-use crate::neurons::tuning::TuningError;
+use super::{Solver, dense, greatest, normal};
+use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Seed};
 
 /// Least squares with decoders of at least 0, such as those of excitatory neurons (`Nnls` of Nengo), with a
@@ -69,7 +69,7 @@ impl Solver for NonNegative {
         targets: ArrayView2<'_, f64>,
         _seed: Seed,
     ) -> Result<Array2<f64>, TuningError> {
-        check_parameter("regularisation", self.regularisation)?;
+        not_negative("regularisation", self.regularisation)?;
         let noise = self.regularisation * greatest(rates);
         let [mut gram, upper] = normal(rates, targets, noise * noise * rates.nrows() as f64);
         for i in 0..gram.nrows() {

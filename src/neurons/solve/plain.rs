@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 use ndarray::{Array2, ArrayView2};
 
-use super::{Solver, check_parameter};
-use crate::neurons::tuning::TuningError;
+use super::Solver;
+use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Seed};
 
 /// Plain least squares: of all decoders with the least error, those with the least squares. Singular values below
@@ -33,7 +33,7 @@ impl Solver for LeastSquares {
         targets: ArrayView2<'_, f64>,
         _seed: Seed,
     ) -> Result<Array2<f64>, TuningError> {
-        check_parameter("cutoff", self.cutoff)?;
+        not_negative("cutoff", self.cutoff)?;
         let of = |array: ArrayView2<'_, f64>| {
             DMatrix::from_row_iterator(array.nrows(), array.ncols(), array.iter().copied())
         };

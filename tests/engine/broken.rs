@@ -1,0 +1,57 @@
+//! What strangers met that did not work, each by its symptom.
+
+use symbolt::neurons::{
+    BuiltLayer, Ensemble, Lif, LifSpec, NonNegative, Population, PopulationPlan,
+};
+use symbolt::prelude::*;
+
+fn lif() -> PopulationPlan {
+    PopulationPlan::all(Population::Lif(LifSpec::default()))
+}
+
+/// Neurons without a bias: no value within the radius makes them fire, and currents do.
+fn unbiased(count: usize) -> Ensemble {
+    Ensemble::new(1).neurons(count).gains_and_biases(vec![1.0; count], vec![0.0; count])
+}
+
+#[test]
+fn bare_neurons_that_no_value_makes_fire_are_built() {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[2.0; 5]));
+    let bare = graph.add("bare", unbiased(5).expose_neurons());
+    graph.route(&given >> &bare.currents());
+    let spikes = graph.probe_spikes("bare");
+    let sim = graph.run(&lif(), Seed::new(1), SimDuration::from_secs(1)).expect("runs");
+    let count = sim.spikes(&spikes).iter().count();
+    let expected = 5.0 * Lif::default().rate(2.0);
+    assert!((count as f64 - expected).abs() <= 5.0, "{count} {expected}");
+    // The wrong variant: a value is to be decoded from neurons that do not fire.
+    let decoded = graph.add("decoded", unbiased(5).expose_neurons().identity("x"));
+    graph.route(&given >> &decoded.currents());
+    let error =
+        graph.run(&lif(), Seed::new(1), SimDuration::from_millis(1)).err().expect("refused");
+    assert!(error.to_string().contains("no neuron of an ensemble fires"), "{error}");
+}
+
+#[test]
+fn a_function_that_is_0_has_decoders_of_0() {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.5]));
+    let both = Ensemble::new(1).neurons(40).identity("x").decode("zero", 1, |_, out| out[0] = 0.0);
+    let zero = Ensemble::new(1).neurons(40).decode("zero", 1, |_, out| out[0] = 0.0);
+    for (name, ensemble) in
+        [("both", both), ("zero", zero.clone()), ("solved", zero.solver(NonNegative::default()))]
+    {
+        let ensemble = graph.add(name, ensemble);
+        graph.route(&given >> &ensemble.input);
+    }
+    let graph = graph.build(Timebase::default(), &lif(), Seed::new(1)).expect("builds");
+    for name in ["both", "zero", "solved"] {
+        let built =
+            BuiltLayer::of(&graph, name).and_then(|layer| layer.ensemble(0)).expect("built");
+        assert!(built.decoders("zero").expect("decoded").iter().all(|decoder| *decoder == 0.0));
+        assert_eq!(built.error("zero"), Ok(0.0), "{name}");
+    }
+    let both = BuiltLayer::of(&graph, "both").and_then(|layer| layer.ensemble(0)).expect("built");
+    assert!(both.error("x").expect("decoded") < 0.05);
+}
