@@ -269,7 +269,11 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ),
         ("bench bind", "--neurons-scale 500 --quiet", "--neurons-scale 500: the graph has 1 fault"),
         ("bench bind", "--dimensions 0 --quiet", "--dimensions 0: must be 2 to 1048576"),
-        ("bench planner", "--dimensions 3 --quiet", "or no ceiling (`any_similarity`) (--dimensions)"),
+        (
+            "bench planner",
+            "--dimensions 3 --quiet",
+            "or no ceiling (`any_similarity`) (--dimensions)",
+        ),
         ("bench bind", "--unbinding guess", "--unbinding guess: must be one of products, fixed"),
         ("bench bind", "--choice guess", "--choice guess: must be one of winner, "),
         ("bench bind", "--load missing --quiet", "cannot read missing"),
