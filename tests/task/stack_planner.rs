@@ -65,8 +65,11 @@ fn without_its_sensor_it_acts_before_it_has_a_plan() {
 #[test]
 fn without_the_shift_its_stack_holds_no_order() {
     let kitchen = Kitchen::kettle(2).expect("two actions");
-    let course = course(&kitchen, Some(Part::Index));
-    assert!(course.stacked < 2, "{course:?}");
+    // With it both actions lie in order for each of three seeds.
+    let without = StackSpec { without: Some(Part::Index), ..original() };
+    let stacked =
+        [1, 2, 3].map(|seed| built(&kitchen, &without, seed).run().expect("a run").stacked);
+    assert!(stacked.iter().filter(|stacked| **stacked < 2).count() >= 2, "{stacked:?}");
 }
 
 #[test]

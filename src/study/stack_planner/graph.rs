@@ -29,7 +29,7 @@ const fn every(level: Real) -> SelectRule {
 }
 
 const fn winner(level: Real) -> SelectRule {
-    SelectRule::WinnerTakeAll { level }
+    SelectRule::Hysteresis { level, margin: 1.0 }
 }
 
 /// Returns a memory with a synapse and a time constant in milliseconds. Without a time constant it keeps its value.
