@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Bank, Shape};
+use super::{Bank, Draft, Shape};
 use crate::neurons::built::Origin;
+use crate::neurons::tuning::TuningError;
 use crate::sim::{PartSpec, Ranks, Real};
 
 /// Work of one part: about six microseconds per tick. That is little enough to share a bank evenly, and so long that the
@@ -113,22 +114,14 @@ impl Ensembles {
         }
     }
 
-    /// Returns the gain over the radius of every neuron, ensemble by ensemble; 0 where this process does not own the
-    /// ensemble.
-    pub(crate) fn gains(&self) -> Vec<Real> {
-        let (solved, shape) = (&self.bank.solved, self.bank.shape());
-        let mut gains = vec![0.0; shape.ensembles * shape.neurons];
-        let all: Vec<usize> = (0..shape.ensembles).collect();
-        let own = solved.own.as_ref().unwrap_or(&all);
-        let each = shape.padded() * shape.dims;
-        for (ensemble, encoders) in own.iter().zip(solved.encoders.chunks_exact(each)) {
-            for neuron in 0..shape.neurons {
-                let parts = (0..shape.dims).map(|k| encoders[shape.encoder_at(neuron, k)]);
-                let square: f64 = parts.map(|part| f64::from(part).powi(2)).sum();
-                gains[ensemble * shape.neurons + neuron] = square.sqrt() as Real;
-            }
+    /// Returns the gain over the radius of every neuron, ensemble by ensemble.
+    pub(crate) fn gains(&self) -> Result<Vec<Real>, TuningError> {
+        let mut gains = Vec::new();
+        for ensemble in 0..self.bank.shape().ensembles {
+            let Draft { neurons, radius, .. } = (self.origin.draft)(ensemble)?;
+            gains.extend(neurons.gains.iter().map(|gain| (gain / radius) as Real));
         }
-        gains
+        Ok(gains)
     }
 
     /// Steps a part. `values` and `out` are those of its ensembles, `draws` the key of their random numbers.

@@ -439,7 +439,7 @@ impl Layer for Ensemble {
         if !self.exposed {
             return Ok(Populated::new(self.direct(), ensembles, self.clone()));
         }
-        let gains = ensembles.gains();
+        let gains = ensembles.gains()?;
         let circuit = NeuronPorts { ensemble: self.clone(), gains, neurons, outputs };
         let populated = Populated::new(self.direct(), ensembles, circuit);
         Ok(populated.unit(1, outputs + neurons).scratch(neurons))

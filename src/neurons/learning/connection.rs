@@ -76,16 +76,16 @@ fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
 
 /// Returns the scalar product. Eight sums need no order, so they fit wide registers.
 #[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
-fn dot(weights: &[f64], values: &[Real]) -> f64 {
+pub(super) fn dot<T: Copy + Into<f64>>(weights: &[f64], values: &[T]) -> f64 {
     let mut sums = [0.0; 8];
     let (weights, values) = (weights.as_chunks::<8>(), values.as_chunks::<8>());
     for (weights, values) in weights.0.iter().zip(values.0) {
         for lane in 0..8 {
-            sums[lane] += weights[lane] * f64::from(values[lane]);
+            sums[lane] += weights[lane] * values[lane].into();
         }
     }
     let rest = weights.1.iter().zip(values.1);
-    rest.fold(sums.iter().sum(), |sum: f64, (w, v)| sum + w * f64::from(*v))
+    rest.fold(sums.iter().sum(), |sum: f64, (w, v)| sum + w * (*v).into())
 }
 
 /// Multiplies changes by a factor and adds them to weights. Returns 0 if all weights are then finite.

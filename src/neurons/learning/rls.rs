@@ -1,5 +1,6 @@
 //! Recursive least squares: weights follow an error as fast as the correlations of the activities allow.
 
+use super::connection::dot;
 use super::pes::Teacher;
 use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
 use crate::neurons::tuning::{TuningError, not_negative, refuse};
@@ -110,16 +111,4 @@ impl LearningRule for Rls {
         self.pre.fingerprint(hash.real(self.rate));
         self.teacher.hash(hash);
     }
-}
-
-/// Returns the scalar product. Eight sums need no order, so they fit wide registers.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a, b) = ((a.as_chunks::<8>()), (b.as_chunks::<8>()));
-    for (a, b) in a.0.iter().zip(b.0) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    a.1.iter().zip(b.1).fold(sums.iter().sum(), |sum: f64, (a, b)| sum + a * b)
 }

@@ -30,6 +30,21 @@ macro_rules! tuned_as {
     };
 }
 
+/// Makes the rates of a model, in single precision, its activity.
+macro_rules! fires_its_rates {
+    () => {
+        fn firing(&self) -> Firing {
+            Firing::Rates
+        }
+
+        #[inline(always)]
+        fn step(&self, block: Block<'_>) {
+            block.activity.copy_from_slice(block.currents);
+            self.rates_single(block.activity);
+        }
+    };
+}
+
 /// Declares neurons that fire at the rates of a model, by a function that turns rates in `Block::activity` into spikes.
 /// The last variable of their state is the number of spikes in the tick.
 macro_rules! spikes_from_rates {

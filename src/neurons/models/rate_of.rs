@@ -43,14 +43,7 @@ impl NeuronModel for RateOf {
         self.0.check(dt_s)
     }
 
-    fn firing(&self) -> Firing {
-        Firing::Rates
-    }
-
-    fn step(&self, block: Block<'_>) {
-        block.activity.copy_from_slice(block.currents);
-        self.0.rates_single(block.activity);
-    }
+    fires_its_rates!();
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         self.0.fingerprint(hash.text(self.name()));

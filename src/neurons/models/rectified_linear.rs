@@ -46,16 +46,7 @@ impl NeuronModel for RectifiedLinear {
         currents.iter_mut().for_each(|current| *current = rectified(*current));
     }
 
-    fn firing(&self) -> Firing {
-        Firing::Rates
-    }
-
-    #[inline(always)]
-    fn step(&self, block: Block<'_>) {
-        for (activity, current) in block.activity.iter_mut().zip(block.currents) {
-            *activity = rectified(*current);
-        }
-    }
+    fires_its_rates!();
 
     fn rest_below(&self) -> f64 {
         0.0

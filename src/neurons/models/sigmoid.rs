@@ -59,17 +59,7 @@ impl NeuronModel for Sigmoid {
         replace(currents, rate(self.tau_ref_s));
     }
 
-    fn firing(&self) -> Firing {
-        Firing::Rates
-    }
-
-    #[inline(always)]
-    fn step(&self, block: Block<'_>) {
-        let rate = rate(self.tau_ref_s);
-        for (activity, current) in block.activity.iter_mut().zip(block.currents) {
-            *activity = rate(*current);
-        }
-    }
+    fires_its_rates!();
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.text(self.name()).real(self.tau_ref_s);

@@ -49,9 +49,6 @@ impl Solver for L1 {
         let (m, n) = (rates.nrows() as f64, rates.ncols());
         let (a, b) = (self.l1 * greatest(rates), self.l2 * greatest(rates).powi(2));
         let [mut gram, upper] = normal(rates, targets, 0.0);
-        for i in 0..n {
-            (0..i).for_each(|j| gram[(i, j)] = gram[(j, i)]);
-        }
         gram /= m;
         let mut all = Array2::zeros(upper.dim());
         for (k, wanted) in upper.columns().into_iter().enumerate() {

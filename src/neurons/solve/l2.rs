@@ -2,8 +2,8 @@
 
 use ndarray::{Array2, ArrayView2};
 
-use super::{Solver, greatest, solve_normal};
-use crate::neurons::tuning::{TuningError, not_negative};
+use super::{Solver, ridge, solve_normal};
+use crate::neurons::tuning::TuningError;
 use crate::sim::{Fingerprint, Seed};
 
 /// Regularised least squares: `(A^T A + m s^2 I) D = A^T Y`, for the rates A at m points and s = `regularisation` times
@@ -34,9 +34,7 @@ impl Solver for L2 {
         targets: ArrayView2<'_, f64>,
         _seed: Seed,
     ) -> Result<Array2<f64>, TuningError> {
-        not_negative("regularisation", self.regularisation)?;
-        let noise = self.regularisation * greatest(rates);
-        solve_normal(rates, targets, noise * noise * rates.nrows() as f64)
+        solve_normal(rates, targets, ridge(rates, self.regularisation)?)
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {

@@ -157,27 +157,37 @@ fn solve_in<T: Precision>(
     regularisation: f64,
 ) -> Result<Vec<f64>, TuningError> {
     let at = rates::<T>(model, neurons, &points.values);
-    let (m, count) = at.dim();
+    let m = at.nrows();
     let greatest = greatest(&at).double();
     if greatest == 0.0 && at.iter().all(|rate| *rate == T::zero()) && points.asks() {
         return Err(TuningError::Silent { points: m });
     }
-    let noise = (regularisation * greatest).powi(2) * m as f64;
-    let mut gram = Array2::<T>::zeros((count, count));
-    dense::add_gram(T::one(), at.view(), T::zero(), gram.view_mut());
-    for i in 0..count {
-        // A neuron that never fires has a row of zeros. The added term then makes its decoder zero.
-        gram[(i, i)] += T::of(noise.max(1e-12));
-    }
     let wanted = Array2::from_shape_fn((points.outputs, m), |(k, p)| {
         T::of(points.wanted[p * points.outputs + k])
     });
-    let mut upper = Array2::zeros((points.outputs, count));
-    add_product(&wanted, &at, &mut upper);
+    let solved = solve_normal(&at, &wanted, (regularisation * greatest).powi(2) * m as f64)?;
+    Ok(solved.iter().map(|decoder| decoder.double()).collect())
+}
+
+/// Solves the normal equations with `ridge` on the diagonal. `wanted` has a row per output, the result a row per neuron.
+pub(super) fn solve_normal<T: Precision>(
+    rates: &Array2<T>,
+    wanted: &Array2<T>,
+    ridge: f64,
+) -> Result<Array2<T>, TuningError> {
+    let count = rates.ncols();
+    let mut gram = Array2::<T>::zeros((count, count));
+    dense::add_gram(T::one(), rates.view(), T::zero(), gram.view_mut());
+    for i in 0..count {
+        // A neuron that never fires has a row of zeros. The added term then makes its decoder zero.
+        gram[(i, i)] += T::of(ridge.max(1e-12));
+    }
+    let mut upper = Array2::zeros((wanted.nrows(), count));
+    add_product(wanted, rates, &mut upper);
     let mut solved = upper.t().as_standard_layout().into_owned();
     dense::solve(gram.view_mut(), solved.view_mut())
         .ok_or(TuningError::Unsolvable { neurons: count })?;
-    Ok(solved.iter().map(|decoder| decoder.double()).collect())
+    Ok(solved)
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use ndarray::{Array2, ArrayView2};
 
 use super::draw::Neurons;
 use super::models::NeuronModel;
-use super::tuning::{TuningError, refuse};
+use super::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Seed};
 
 pub use l1::L1;
@@ -144,8 +144,7 @@ fn solve_by(
     Ok(solved.iter().copied().collect())
 }
 
-/// Returns the products of the neurons' rates with each other plus `ridge` on the diagonal (only the upper triangle is
-/// complete), and with the targets.
+/// Returns the products of the neurons' rates with each other plus `ridge` on the diagonal, and with the targets.
 fn normal(
     rates: ArrayView2<'_, f64>,
     targets: ArrayView2<'_, f64>,
@@ -154,6 +153,10 @@ fn normal(
     let mut gram = Array2::zeros((rates.ncols(), rates.ncols()));
     dense::add_gram(1.0, rates, 0.0, gram.view_mut());
     gram.diag_mut().iter_mut().for_each(|square| *square += ridge);
+    for i in 0..gram.nrows() {
+        // Only the upper triangle is complete.
+        (0..i).for_each(|j| gram[(i, j)] = gram[(j, i)]);
+    }
     [gram, rates.t().dot(&targets)]
 }
 
@@ -163,12 +166,13 @@ fn solve_normal(
     targets: ArrayView2<'_, f64>,
     ridge: f64,
 ) -> Result<Array2<f64>, TuningError> {
-    // A neuron that never fires has a row of zeros. The added term then makes its decoder zero.
-    let [mut gram, upper] = normal(rates, targets, ridge.max(1e-12));
-    let mut solved = upper.as_standard_layout().into_owned();
-    dense::solve(gram.view_mut(), solved.view_mut())
-        .ok_or(TuningError::Unsolvable { neurons: rates.ncols() })?;
-    Ok(solved)
+    least_squares::solve_normal(&rates.to_owned(), &targets.t().to_owned(), ridge)
+}
+
+/// Returns what a regularisation, a fraction of the greatest rate, adds to the diagonal of the normal equations.
+fn ridge(rates: ArrayView2<'_, f64>, regularisation: f64) -> Result<f64, TuningError> {
+    not_negative("regularisation", regularisation)?;
+    Ok((regularisation * greatest(rates)).powi(2) * rates.nrows() as f64)
 }
 
 /// Returns the greatest rate, at least 0.

@@ -2,8 +2,8 @@
 
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
 
-use super::{Solver, dense, greatest, normal};
-use crate::neurons::tuning::{TuningError, not_negative};
+use super::{Solver, dense, normal, ridge};
+use crate::neurons::tuning::TuningError;
 use crate::sim::{Fingerprint, Seed};
 
 /// Least squares with decoders of at least 0, such as those of excitatory neurons (`Nnls` of Nengo), with a
@@ -69,12 +69,7 @@ impl Solver for NonNegative {
         targets: ArrayView2<'_, f64>,
         _seed: Seed,
     ) -> Result<Array2<f64>, TuningError> {
-        not_negative("regularisation", self.regularisation)?;
-        let noise = self.regularisation * greatest(rates);
-        let [mut gram, upper] = normal(rates, targets, noise * noise * rates.nrows() as f64);
-        for i in 0..gram.nrows() {
-            (0..i).for_each(|j| gram[(i, j)] = gram[(j, i)]);
-        }
+        let [gram, upper] = normal(rates, targets, ridge(rates, self.regularisation)?);
         let mut all = Array2::zeros(upper.dim());
         for (mut to, wanted) in all.columns_mut().into_iter().zip(upper.columns()) {
             to.assign(&solve_one(&gram, wanted));
