@@ -51,42 +51,22 @@ use crate::spa::vocabulary::Vocabulary;
 /// graph.connect(&nut, &gate.input, Synapse::None);
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
-pub struct Gate<V: VocabTag>(ValueGate<Pointer<V>>);
+pub type Gate<V> = ValueGate<Pointer<V>>;
 
-impl<V: VocabTag> Gate<V> {
+impl<V: VocabTag> ValueGate<Pointer<V>> {
     /// Makes a gate for pointers of `vocabulary` with a norm of up to 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
         Self::in_space(vocabulary.space())
     }
 
     pub(crate) fn in_space(space: &Space<V>) -> Self {
-        Self(ValueGate::of(space.clone()))
-    }
-
-    /// Sets the radius: the greatest norm of a pointer that passes unchanged.
-    ///
-    /// The default is 1. Anything but a finite number above 0 is a fault when the graph is built.
-    pub fn radius(self, radius: Real) -> Self {
-        Self(self.0.radius(radius))
+        Self::of(space.clone())
     }
 
     /// Sets the current that closes the gate, as a share of the default: see [`Rules::inhibition`](crate::spa::Rules).
     pub(crate) fn inhibition(mut self, share: Real) -> Self {
-        self.0.inhibition = share;
+        self.inhibition = share;
         self
-    }
-
-    /// Replaces the synapse on the output (default 5 ms).
-    pub fn synapse(self, synapse: Synapse) -> Self {
-        Self(self.0.synapse(synapse))
-    }
-}
-
-impl<V: VocabTag> Module for Gate<V> {
-    type Ports = GatePorts<Pointer<V>>;
-
-    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
-        self.0.expand(scope)
     }
 }
 
@@ -119,8 +99,8 @@ impl<K: FlowKind> ValueGate<K> {
         Self { shape, radius: 1.0, synapse: FEED_FORWARD, inhibition: 1.0, split: false }
     }
 
-    /// Sets the greatest magnitude of a component that passes unchanged (default 1). Anything but a finite number above 0
-    /// is a fault when the graph is built.
+    /// Sets the greatest magnitude of a component, or of a pointer the greatest norm, that passes unchanged (default 1).
+    /// Anything but a finite number above 0 is a fault when the graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self

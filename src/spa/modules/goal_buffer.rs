@@ -26,41 +26,12 @@ use crate::spa::vocabulary::Vocabulary;
 /// The drive passes through the population that also holds the value, so the population represents three times the
 /// radius. Direct mode clamps there; in neurons each component has an ensemble of its own, which saturates at 2.5
 /// standard deviations of a random pointer of the radius.
-pub struct GoalBuffer<V: VocabTag>(GatedMemory<Pointer<V>>);
+pub type GoalBuffer<V> = GatedMemory<Pointer<V>>;
 
-impl<V: VocabTag> GoalBuffer<V> {
+impl<V: VocabTag> GatedMemory<Pointer<V>> {
     /// Makes a memory for pointers of `vocabulary` with a norm of about 1.
     pub fn new(vocabulary: &Vocabulary<V>) -> Self {
-        Self(GatedMemory { split: true, ..GatedMemory::of(vocabulary.space().clone()) })
-    }
-
-    /// Sets the radius: the greatest norm of a pointer that is stored unchanged (default 1). Held values drift more, the
-    /// smaller they are beside it. Anything but a finite number above 0 is a fault when the graph is built.
-    pub fn radius(self, radius: Real) -> Self {
-        Self(self.0.radius(radius))
-    }
-
-    /// Replaces the feed-forward synapse of the gate and the output (default 5 ms). Slower synapses also weaken the
-    /// drive.
-    pub fn synapse(self, synapse: Synapse) -> Self {
-        Self(self.0.synapse(synapse))
-    }
-
-    /// Replaces the weight of the recurrent connection (default 1).
-    ///
-    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is the time constant of
-    /// the recurrent synapse. Above 1 the value grows until it reaches the radius. A weight that is not finite is a
-    /// fault when the graph is built.
-    pub fn retention(self, weight: Real) -> Self {
-        Self(self.0.retention(weight))
-    }
-}
-
-impl<V: VocabTag> Module for GoalBuffer<V> {
-    type Ports = GatePorts<Pointer<V>>;
-
-    fn expand(self, scope: &mut Scope<'_>) -> GatePorts<Pointer<V>> {
-        self.0.expand(scope)
+        Self { split: true, ..Self::of(vocabulary.space().clone()) }
     }
 }
 
@@ -118,20 +89,26 @@ impl<K: FlowKind> GatedMemory<K> {
         Self { shape, radius: 1.0, synapse: FEED_FORWARD, retention: 1.0, split: false }
     }
 
-    /// Sets the greatest magnitude of a component that is stored unchanged (default 1). Anything but a finite number above
-    /// 0 is a fault when the graph is built.
+    /// Sets the greatest magnitude of a component, or of a pointer the greatest norm, that is stored unchanged (default 1).
+    /// Held values drift more, the smaller they are beside it. Anything but a finite number above 0 is a fault when the
+    /// graph is built.
     pub fn radius(mut self, radius: Real) -> Self {
         self.radius = radius;
         self
     }
 
-    /// Replaces the feed-forward synapse of the gate and the output: see [`GoalBuffer::synapse`].
+    /// Replaces the feed-forward synapse of the gate and the output (default 5 ms). Slower synapses also weaken the
+    /// drive.
     pub fn synapse(mut self, synapse: Synapse) -> Self {
         self.synapse = synapse;
         self
     }
 
-    /// Replaces the weight of the recurrent connection: see [`GoalBuffer::retention`].
+    /// Replaces the weight of the recurrent connection (default 1).
+    ///
+    /// Below 1 the held value decays with the time constant `tau / (1 - weight)`, where `tau` is the time constant of
+    /// the recurrent synapse. Above 1 the value grows until it reaches the radius. A weight that is not finite is a
+    /// fault when the graph is built.
     pub fn retention(mut self, weight: Real) -> Self {
         self.retention = weight;
         self

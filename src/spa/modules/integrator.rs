@@ -1,7 +1,7 @@
 //! Integrators and oscillators: recurrent populations of numbers and vectors.
 
 use super::weighted_sum::Superpose;
-use super::{FEED_FORWARD, RECURRENT};
+use super::{FEED_FORWARD, RECURRENT, RECURRENT_MS};
 use crate::neurons::{Ensemble, Layers, Represent};
 use crate::sim::{Add, Constant, In, Module, Out, Ports, Real, Scalar, Scope, Synapse, Vector};
 use crate::spa::flow::{FlowExt, FlowKind, Routes};
@@ -63,7 +63,7 @@ impl<K: FlowKind> Integrator<K> {
 }
 
 /// Time constant of [`RECURRENT`].
-const RECURRENT_TAU_S: Real = 0.1;
+const RECURRENT_TAU_S: Real = RECURRENT_MS as Real / 1e3;
 
 impl<K: FlowKind> Module for Integrator<K> {
     type Ports = Ports<K>;

@@ -48,7 +48,9 @@ use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag}
 pub const FEED_FORWARD: Synapse = Synapse::lowpass_ms(5);
 
 /// Default recurrent synapse of a memory: a low-pass of 100 ms.
-pub const RECURRENT: Synapse = Synapse::lowpass_ms(100);
+pub const RECURRENT: Synapse = Synapse::lowpass_ms(RECURRENT_MS);
+
+const RECURRENT_MS: u64 = 100;
 
 /// Requests a population for pointers of `space` with a norm of up to `radius`.
 fn population<V: VocabTag>(space: &Space<V>, radius: Real) -> Represent {
