@@ -1,7 +1,7 @@
 //! What strangers met that did not work, each by its symptom.
 
 use symbolt::neurons::{
-    BuiltLayer, Ensemble, Lif, LifSpec, NonNegative, Population, PopulationPlan,
+    BuiltLayer, Encoders, Ensemble, Lif, LifSpec, NonNegative, Population, PopulationPlan,
 };
 use symbolt::prelude::*;
 
@@ -54,4 +54,28 @@ fn a_function_that_is_0_has_decoders_of_0() {
     }
     let both = BuiltLayer::of(&graph, "both").and_then(|layer| layer.ensemble(0)).expect("built");
     assert!(both.error("x").expect("decoded") < 0.05);
+}
+
+#[test]
+fn encoded_values_keep_the_sign_of_gains_and_do_not_count_the_length_of_encoders_twice() {
+    let gains: Vec<f64> = (0..40).map(|i| if i % 3 == 0 { -1.5 } else { 2.0 }).collect();
+    let cells = || {
+        let cells = Ensemble::new(1).neurons(40).gains_and_biases(gains.clone(), vec![1.5; 40]);
+        let encoders = Encoders::choice([[3.0]]).unscaled();
+        cells.encoders(encoders).expose_neurons().identity("x")
+    };
+    let mut graph = GraphBuilder::new();
+    let value = graph.add("value", Constant::scalar(0.1));
+    let [by_value, by_encoded] = ["by-value", "by-encoded"].map(|name| graph.add(name, cells()));
+    graph.route(&value >> &by_value.input);
+    // What encoders make of the value.
+    graph.route(value.transform([[3.0]; 40]) >> &by_encoded.encoded());
+    let plan = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(2)).expect("runs");
+    let rates = [by_value, by_encoded].map(|cells| sim.value(&cells.neurons()).to_vec());
+    assert_eq!(rates[0].len(), 40);
+    assert!(rates[0].iter().any(|hz| *hz > 10.0) && rates[0][0] != rates[0][1]);
+    for (a, b) in rates[0].iter().zip(&rates[1]) {
+        assert!((a - b).abs() <= 1e-3 * a.abs(), "{a} {b}");
+    }
 }
