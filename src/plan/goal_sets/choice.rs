@@ -2,10 +2,11 @@
 
 use super::control::{Control, Phase, Signal};
 use super::costs::{LEVELS, by_level};
+use super::race::{Turns, impatience, race};
 use super::rules::{Regressed, Regression};
 use super::wiring::{Group, Weight, Wiring, cells, each, gather, spread};
 use crate::neurons::Map;
-use crate::sim::{Real, SimDuration, Synapse};
+use crate::sim::{Real, Synapse};
 
 /// Weight of one level of cost in a utility. With greater weights, utilities of several levels saturate; with smaller ones
 /// the race is slower and less exact.
@@ -26,19 +27,11 @@ const STIR_NOISE: Real = 0.5;
 const STIR_MS: u64 = 100;
 /// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
 pub(super) const BAR: Real = -16.0;
-/// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later
-/// win as well.
-const HOLD: Real = 8.0;
 /// Time constant with which the race becomes easier to win, in milliseconds.
 const URGENCY_MS: u64 = 60;
 /// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
 /// costs settle. Greater weights save a few milliseconds a step and lose long plans.
 const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Race, 3.7)];
-/// Units that make a race easier to win the longer it lasts, so that the best of operators that cost much is found as well.
-/// Without them it lasts until it is taken for a dead end.
-const RUNGS: usize = 8;
-/// Synapse from one of them to the next, in milliseconds.
-const RUNG_MS: u64 = 12;
 
 /// The groups of the choice.
 pub(super) struct Choice {
@@ -107,8 +100,7 @@ impl Choice {
         );
         w.bias(&utilities, &vec![-1.1; operators]);
 
-        let impatience = impatience(w, phases, elapsed);
-        w.link(&impatience, &utilities, (0..RUNGS).flat_map(|rung| spread(rung, operators, 1.0)));
+        impatience(w, phases, elapsed, Phase::Race as usize, &utilities);
         // Operators with a precondition that serves another unmet goal.
         let shares = w.units("shares", operators);
         w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
@@ -117,7 +109,13 @@ impl Choice {
         let stir = stir(w, operators, restless);
         w.link(&stir, &utilities, each(operators, STIRS));
 
-        let winner = race(w, operators, (phases, signals), &utilities);
+        let turns = Turns {
+            race: Phase::Race as usize,
+            check: Phase::Check as usize,
+            clear: &[Phase::Settle as usize, Phase::Start as usize, Phase::Back as usize],
+            told: [Signal::Won as usize, Signal::Double as usize],
+        };
+        let winner = race(w, (phases, signals), &turns, &utilities);
         Self { gains, eligible, utilities, winner }
     }
 }
@@ -152,62 +150,4 @@ fn stir(w: &mut Wiring<'_, '_>, operators: usize, restless: &Group) -> Group {
     w.link(restless, &chance, spread(0, operators, STIRRED));
     w.link_by(&chance, &stir, each(operators, 1.0), Synapse::lowpass_ms(STIR_MS));
     stir
-}
-
-/// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.
-fn impatience(w: &mut Wiring<'_, '_>, phases: &Group, elapsed: &Group) -> Group {
-    let race = Phase::Race as usize;
-    let rungs = w.both("impatience", RUNGS);
-    w.link(phases, &rungs, spread(race, RUNGS, 1.0));
-    w.link(elapsed, &rungs, [(race, 0, 1.0)]);
-    let later = (1..RUNGS).map(|rung| (rung - 1, rung, 1.0));
-    w.link_by(&rungs, &rungs, later, Synapse::lowpass_ms(RUNG_MS));
-    rungs
-}
-
-/// Adds the race of accumulators, and latches that hold the winner. A winner holds the other accumulators down.
-fn race(
-    w: &mut Wiring<'_, '_>,
-    operators: usize,
-    (phases, signals): (&Group, &Group),
-    utilities: &Group,
-) -> Group {
-    let race = w.race("race", operators, SimDuration::from_millis(5));
-    w.link(utilities, &race, each(operators, 1.0));
-    let rest = w.tonic("rest", 1);
-    w.link(phases, &rest, [(Phase::Race as usize, 0, -1.3)]);
-    w.link(&rest, &race, spread(0, operators, -8.0));
-    let winner = w.latches("winner", operators);
-    w.link(&race, &winner, each(operators, 1.0));
-    let rivals = w.sum("rivals", 1);
-    w.link(&winner, &rivals, gather(operators, 0, 1.0));
-    let own = w.sum("own", operators);
-    w.link(&winner, &own, each(operators, 1.0));
-    w.link(&rivals, &race, spread(0, operators, -HOLD));
-    w.link(&own, &race, each(operators, HOLD));
-    let clearing = [Phase::Settle, Phase::Start, Phase::Back];
-    let cleared = clearing.iter().flat_map(|p| spread(*p as usize, operators, -4.0));
-    w.link(phases, &winner, cleared);
-    break_ties(w, phases, &winner);
-    let told = [Signal::Won, Signal::Double].map(|signal| (0, signal as usize, 1.0));
-    w.link(&rivals, signals, told);
-    winner
-}
-
-/// Lets every winner give way to those before it, in [`Phase::Check`].
-///
-/// Winners are summed in rows, so that the weights are as many as operators times the root of their number.
-fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, winner: &Group) {
-    const BEFORE: Real = 1.3;
-    let operators = winner.count;
-    let side = operators.isqrt().max(1);
-    let rows = w.sum("winner_rows", operators.div_ceil(side));
-    w.link(winner, &rows, (0..operators).map(|a| (a, a / side, 1.0)));
-    let later = w.both("give_way", operators);
-    let before = (0..operators).flat_map(|a| (0..a / side).map(move |row| (row, a, BEFORE)));
-    w.link(&rows, &later, before);
-    let beside = (0..operators).flat_map(|a| (a - a % side..a).map(move |b| (b, a, BEFORE)));
-    w.link(winner, &later, beside);
-    w.link(phases, &later, spread(Phase::Check as usize, operators, 1.0));
-    w.link(&later, winner, each(operators, -4.0));
 }

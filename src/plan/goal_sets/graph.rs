@@ -6,9 +6,10 @@ use super::choice::Choice;
 use super::control::{Control, Phase, Signal};
 use super::costs::costs;
 use super::memory::{Layout, Memory};
+use super::motor::{Acting, act, load};
 use super::rules::Regression;
-use super::wiring::{Group, Wiring, each, gather, spread};
-use crate::sim::{In, Module, Out, Real, Scope, Vector};
+use super::wiring::{Group, Wiring, each, gather};
+use crate::sim::{In, Module, Out, Scope, Vector};
 
 /// The planner graph over a grounded problem: a [`Module`].
 pub struct GoalSetGraph {
@@ -48,6 +49,12 @@ pub struct GoalSetPorts {
 /// Returns the names of the phases, in the order of [`GoalSetPorts::phases`].
 pub fn phase_names() -> Vec<String> {
     Phase::ALL.iter().map(|phase| format!("{phase:?}")).collect()
+}
+
+/// Returns the number of phases, and those in which it acts.
+pub(super) fn acting_phases() -> (usize, Vec<usize>) {
+    let acting = [Phase::Begin, Phase::Step, Phase::Fetch, Phase::Show, Phase::Next, Phase::Done];
+    (Phase::ALL.len(), acting.map(|phase| phase as usize).to_vec())
 }
 
 impl GoalSetGraph {
@@ -93,9 +100,22 @@ impl Module for GoalSetGraph {
             ("commit", &memory.child, &[Phase::Write][..]),
             ("recall", &memory.recalled, &[Phase::Read, Phase::Fetch][..]),
         ] {
-            load(w, name, source, &goals, (phases, when));
+            let when: Vec<usize> = when.iter().map(|phase| *phase as usize).collect();
+            load(w, name, source, &goals, phases, &when);
         }
-        let actions = act(w, &rules, (phases, signals), &holds, &memory.shown);
+        // In Begin the present goal set holds, and the goals are those of the slot before.
+        let acting = Acting {
+            phases: &[
+                (Phase::Show as usize, 1.0),
+                (Phase::Fetch as usize, 1.0),
+                (Phase::Begin as usize, 2.0),
+            ],
+            open: Signal::Open as usize,
+            unready: Signal::Unready as usize,
+        };
+        let links = [rules.links(|o| &o.preconditions, 1.0), rules.links(|o| &o.adds, 1.0)];
+        let actions =
+            act(w, (&links[0], &links[1]), (phases, signals), &acting, &holds, &memory.shown);
 
         let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
             scope.input(name, group.input.clone())
@@ -115,63 +135,4 @@ impl Module for GoalSetGraph {
             signals: control.signals.out,
         }
     }
-}
-
-/// Replaces the goal set by the beginning of a source in some phases.
-fn load(
-    w: &mut Wiring<'_, '_>,
-    name: &str,
-    source: &Group,
-    goals: &Group,
-    (phases, when): (&Group, &[Phase]),
-) {
-    let fluents = goals.count;
-    let now = || when.iter().flat_map(|p| spread(*p as usize, fluents, 1.0)).collect::<Vec<_>>();
-    let set = w.both(&format!("{name}_set"), fluents);
-    w.link(source, &set, each(fluents, 1.0));
-    w.link(phases, &set, now());
-    w.link(&set, goals, each(fluents, 1.2));
-    let reset = w.units(&format!("{name}_reset"), fluents);
-    w.link(source, &reset, each(fluents, -1.3));
-    w.link(phases, &reset, now());
-    w.link(&reset, goals, each(fluents, -2.5));
-}
-
-/// Adds the motor units: the shown action, while its preconditions hold, its effects do not, and some goal is open. In
-/// [`Phase::Begin`] the present goal set holds, and the goals are those of the slot before.
-fn act(
-    w: &mut Wiring<'_, '_>,
-    rules: &Regression,
-    (phases, signals): (&Group, &Group),
-    holds: &Group,
-    shown: &Group,
-) -> Group {
-    let operators = shown.count;
-    let lacking = w.units("lacking", operators);
-    w.link(holds, &lacking, rules.links(|o| &o.preconditions, -1.0));
-    let counts = rules.operators.iter().map(|o| o.preconditions.len() as Real);
-    w.bias(&lacking, &counts.collect::<Vec<_>>());
-    // All that the operator adds holds: it is not done again, even if another goal was lost meanwhile.
-    let done = w.units("done", operators);
-    w.link(holds, &done, rules.links(|o| &o.adds, 1.0));
-    let counts = rules.operators.iter().map(|o| 1.0 - o.adds.len() as Real);
-    w.bias(&done, &counts.collect::<Vec<_>>());
-    let acting = w.both("acting", 1);
-    w.link(signals, &acting, [(Signal::Open as usize, 0, 1.0)]);
-    w.link(
-        phases,
-        &acting,
-        [
-            (Phase::Show as usize, 0, 1.0),
-            (Phase::Fetch as usize, 0, 1.0),
-            (Phase::Begin as usize, 0, 2.0),
-        ],
-    );
-    let motor = w.both("motor", operators);
-    w.link(shown, &motor, each(operators, 1.0));
-    w.link(&lacking, &motor, each(operators, -1.5));
-    w.link(&done, &motor, each(operators, -1.5));
-    w.link(&acting, &motor, spread(0, operators, 1.0));
-    w.link(&motor, signals, gather(operators, Signal::Unready as usize, -1.3));
-    motor
 }

@@ -41,7 +41,7 @@ impl Layout {
     }
 
     /// Returns the columns of an operator's number.
-    fn code(&self, operator: usize) -> [usize; 2] {
+    pub fn code(&self, operator: usize) -> [usize; 2] {
         let first = self.mark() + 1;
         [
             first + operator / self.operator_side,
@@ -50,13 +50,18 @@ impl Layout {
     }
 
     /// Returns the columns of a slot's number.
-    fn pointer(&self, slot: usize) -> [usize; 2] {
+    pub fn pointer(&self, slot: usize) -> [usize; 2] {
         let first = self.mark() + 1 + 2 * self.operator_side;
         [first + slot / self.slot_side, first + self.slot_side + slot % self.slot_side]
     }
 
-    fn columns(&self) -> usize {
+    pub fn columns(&self) -> usize {
         self.mark() + 1 + 2 * (self.operator_side + self.slot_side)
+    }
+
+    /// Returns the columns of the slots' numbers.
+    pub fn pointers(&self) -> std::ops::Range<usize> {
+        self.columns() - 2 * self.slot_side..self.columns()
     }
 
     fn cells(&self) -> usize {

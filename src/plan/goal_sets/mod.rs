@@ -49,20 +49,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod both;
 mod choice;
 mod control;
 mod costs;
+mod forward;
 mod graph;
+mod machine;
 mod memory;
 mod moments;
+mod motor;
 mod mutex;
 mod plan;
+mod race;
 mod retreat;
 mod rules;
 mod search;
+mod synapses;
 mod wiring;
 mod world;
 
+pub use both::{Directions, PlannerGraph, PlannerPorts};
+pub use forward::{ForwardGraph, ForwardPorts, Progression};
 pub use graph::{GoalSetGraph, GoalSetPorts, phase_names};
 pub(crate) use moments::Moments;
 pub use moments::{Moment, Step};

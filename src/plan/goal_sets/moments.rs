@@ -1,6 +1,7 @@
 //! What a planner of goal sets does, step by step, read from its phases.
 
 use super::control::Phase;
+use super::forward::control::Phase as Forward;
 use crate::sim::Real;
 
 /// A step of the planner's work.
@@ -34,41 +35,96 @@ pub struct Moment {
 const ACTIVE: Real = 0.5;
 const OVER: Real = 0.3;
 
+/// The phases in which each step begins, as positions. `written` is a new set; what `costs` follows is a wave.
+struct Watched {
+    start: usize,
+    wave: usize,
+    costs: usize,
+    written: usize,
+    dead_end: usize,
+    plan: usize,
+}
+
+const BACKWARD: Watched = Watched {
+    start: Phase::Start as usize,
+    wave: Phase::Wave as usize,
+    costs: Phase::Race as usize,
+    written: Phase::Write as usize,
+    dead_end: Phase::Back as usize,
+    plan: Phase::Begin as usize,
+};
+
+const FORWARD: Watched = Watched {
+    start: Forward::Start as usize,
+    wave: Forward::Wave as usize,
+    costs: Forward::Race as usize,
+    written: Forward::Write as usize,
+    dead_end: Forward::Back as usize,
+    plan: Forward::Step as usize,
+};
+
 /// Finds the steps in the activities of the phases.
 ///
 /// While one phase follows another, both are active for a moment. So each is followed by itself.
-#[derive(Default)]
 pub(crate) struct Moments {
-    active: [bool; Phase::ALL.len()],
+    watched: &'static Watched,
+    active: Vec<bool>,
     /// The wave has passed, and no race has begun since.
     waved: bool,
+    /// Whether no plan was found since it began.
+    searching: bool,
     pub all: Vec<Moment>,
 }
 
+impl Default for Moments {
+    fn default() -> Self {
+        Self::of(&BACKWARD, Phase::ALL.len())
+    }
+}
+
 impl Moments {
+    fn of(watched: &'static Watched, phases: usize) -> Self {
+        Self { watched, active: vec![false; phases], waved: false, searching: true, all: Vec::new() }
+    }
+
+    /// Returns the steps of forward search.
+    pub fn forward() -> Self {
+        Self::of(&FORWARD, Forward::ALL.len())
+    }
+
     /// Takes the activities of all phases and of the winners of the race at one time.
     pub fn look(&mut self, ms: u64, phases: &[Real], winner: &[Real]) {
-        for (phase, activity) in Phase::ALL.into_iter().zip(phases) {
-            let active = &mut self.active[phase as usize];
+        for (phase, activity) in phases.iter().enumerate() {
+            let active = &mut self.active[phase];
             let began = !*active && *activity > ACTIVE;
             *active = began || (*active && *activity >= OVER);
+            if began && std::env::var("MT").is_ok() { eprintln!("ZZ {} {} {:?}", ms, phases.len(), if phases.len()==20 {format!("{:?}",Forward::ALL[phase])} else {format!("{:?}",Phase::ALL[phase])}); }
+            if !began {
+                continue;
+            }
+            let Watched { start, wave, costs, written, dead_end, plan } = *self.watched;
+            let all = winner.iter().enumerate();
+            let most = all.max_by(|a, b| a.1.total_cmp(b.1)).filter(|most| *most.1 > OVER);
             let step = match phase {
-                _ if !began => None,
-                Phase::Start => Some(Step::Start),
-                Phase::Wave => {
+                phase if phase == start => Some(Step::Start),
+                phase if phase == wave => {
                     self.waved = true;
                     None
                 }
-                Phase::Race => std::mem::take(&mut self.waved).then_some(Step::Costs),
-                Phase::Write => {
-                    let all = winner.iter().enumerate();
-                    let most = all.max_by(|a, b| a.1.total_cmp(b.1));
+                phase if phase == costs => std::mem::take(&mut self.waved).then_some(Step::Costs),
+                phase if phase == written => {
                     most.map(|(operator, _)| Step::GoalSet { operator })
                 }
-                Phase::Back => Some(Step::DeadEnd),
-                Phase::Begin => Some(Step::Plan),
+                phase if phase == dead_end => Some(Step::DeadEnd),
+                // Forward search looks for the next slot after each action.
+                phase if phase == plan && self.searching => Some(Step::Plan),
                 _ => None,
             };
+            match step {
+                Some(Step::Start) => self.searching = true,
+                Some(Step::Plan) => self.searching = false,
+                _ => {}
+            }
             self.all.extend(step.map(|step| Moment { ms, step }));
         }
     }

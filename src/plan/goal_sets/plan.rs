@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::graph::GoalSetGraph;
+use super::both::{Directions, PlannerGraph};
+use super::forward::Progression;
 use super::memory::Layout;
 use super::moments::{Moment, Moments, Step};
 use super::rules::Regression;
@@ -34,6 +35,10 @@ pub struct GoalSetSpec {
     pub population: Population,
     /// Groups of the planner whose links to others are cut, such as `veto`.
     pub ablated: Vec<String>,
+    /// The directions of the search.
+    pub directions: Directions,
+    /// States that a search forward remembers.
+    pub states: usize,
 }
 
 impl Default for GoalSetSpec {
@@ -43,6 +48,8 @@ impl Default for GoalSetSpec {
             limit: SimDuration::from_millis(10_000),
             population: Population::Direct,
             ablated: Vec::new(),
+            directions: Directions::Both,
+            states: 600,
         }
     }
 }
@@ -175,7 +182,7 @@ pub fn pursue(
     if spec.slots < 2 {
         return Err(GoalSetError::Slots { slots: spec.slots });
     }
-    let units = check_units(fluents, operators, spec.slots)?;
+    let units = check_units(fluents, operators, spec.slots).unwrap_or(usize::MAX);
     if problem.operators.is_empty() {
         // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
         let reached = world.reached();
@@ -195,8 +202,13 @@ pub fn pursue(
     }
     let rules = Arc::new(rules);
     let mut graph = GraphBuilder::new();
-    let planner = GoalSetGraph::new(rules, spec.slots);
-    let planner = spec.ablated.iter().fold(planner, |planner, group| planner.ablate(group));
+    let progression = Arc::new(Progression::new(problem, &rules));
+    let planner = PlannerGraph {
+        backward: (spec.directions != Directions::Forward && units < MAX_UNITS)
+            .then_some((rules, spec.slots)),
+        forward: (spec.directions != Directions::Backward).then_some((progression, spec.states)),
+        ablated: spec.ablated.clone(),
+    };
     let planner = graph.add("planner", planner);
     let link = WorldLink::new()
         .sense("holds", OutputSpec::vector(fluents))
@@ -207,40 +219,54 @@ pub fn pursue(
     problem.goal.iter().for_each(|f| wanted[*f] = 1.0);
     let goal = graph.add("goal", Constant::vector(&wanted));
     let idle = graph.add("idle", Constant::vector(&[0.0]));
-    graph.connect(&ready, &planner.ready, Synapse::None);
     graph.connect(&idle, &planner.busy, Synapse::None);
+    graph.connect(&ready, &planner.ready, Synapse::None);
     graph.connect(&goal, &planner.goal, Synapse::None);
     graph.connect(&node.output::<Vector>("holds"), &planner.holds, Synapse::None);
     graph.connect(&planner.actions, &node.input::<Vector>("actions"), Synapse::None);
     let recent = ProbeSpec::default().last(PERIOD_MS as usize);
-    let phases = graph.probe(&planner.phases, recent);
-    let winner = graph.probe(&planner.winner, recent);
+    let mut watched = Vec::new();
+    if let Some(ports) = &planner.backward {
+        let probes = [graph.probe(&ports.phases, recent), graph.probe(&ports.winner, recent)];
+        watched.push((Moments::default(), probes));
+    }
+    if let Some(ports) = &planner.forward {
+        let probes = [graph.probe(&ports.phases, recent), graph.probe(&ports.winner, recent)];
+        watched.push((Moments::forward(), probes));
+    }
     for name in &spec.ablated {
         // A name that is no group is a fault of the graph.
         graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
     }
+    let zz: Vec<_> = std::env::var("ZZ").ok().map_or(Vec::new(), |z| z.split(',').map(|n| (n.to_string(), graph.probe_at::<Vector>(&format!("planner/forward/{n}"), ProbeSpec::default()))).collect());
     let plan = populations(&spec.population)?;
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
-    let mut moments = Moments::default();
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
         let step = (limit - ms).min(PERIOD_MS);
         sim.run_for(SimDuration::from_millis(step))?;
-        let (phases, winner) = (sim.samples(&phases), sim.samples(&winner));
-        let past = phases.len().saturating_sub(step as usize);
-        for ((_, phases), (_, winner)) in phases.iter().zip(winner.iter()).skip(past) {
-            ms += 1;
-            moments.look(ms, phases, winner);
+        for (moments, [phases, winner]) in &mut watched {
+            let (phases, winner) = (sim.samples(phases), sim.samples(winner));
+            let past = phases.len().saturating_sub(step as usize);
+            let both = phases.iter().zip(winner.iter()).skip(past);
+            for (at, ((_, phases), (_, winner))) in both.enumerate() {
+                moments.look(ms + at as u64 + 1, phases, winner);
+            }
         }
+        ms += step;
+    }
+    for (n, probe) in &zz {
+        let every: usize = std::env::var("EVERY").ok().map_or(10, |x| x.parse().unwrap());
+        for (i, (_, v)) in sim.samples(probe).iter().enumerate() { if i % every == 0 { eprintln!("ZZ {n} {i} {:?}", v.iter().map(|x| (x * 10.0).round() / 10.0).collect::<Vec<_>>()); } }
     }
     let world = inside(&sim);
     Ok(Course {
         reached: world.is_some_and(StripsWorld::reached),
         begun: world.map(|w| w.begun().to_vec()).unwrap_or_default(),
         ms,
-        moments: moments.all,
+        moments: watched.into_iter().flat_map(|(moments, _)| moments.all).collect(),
         units,
     })
 }

@@ -130,6 +130,13 @@ impl Wiring<'_, '_> {
         Group { name: name.into(), count, input: node.input, out: node.output }
     }
 
+    /// Adds a group that passes an output on.
+    pub fn relay(&mut self, name: &str, from: &Out<Vector>, count: usize) -> Group {
+        let group = self.sum(name, count);
+        self.scope.connect(from, &group.input, Synapse::None);
+        group
+    }
+
     /// Adds a sum with noise, of which `sd` is left behind a low-pass of time constant `tau_ms`.
     pub fn noisy(&mut self, name: &str, count: usize, sd: Real, tau_ms: u64) -> Group {
         let white = sd * (2.0 * tau_ms as Real).sqrt();
@@ -172,6 +179,17 @@ impl Wiring<'_, '_> {
         let constant = self.scope.add(&name, Constant::vector(values));
         self.scope.connect(&constant, &to.input, Synapse::None);
     }
+}
+
+/// Moves the one active unit of a group to where that of another is.
+///
+/// The others are held down by the sum of the source, so that the weights are as many as the units.
+pub(super) fn replace(w: &mut Wiring<'_, '_>, from: &Group, to: &Group) {
+    let count = from.count;
+    let any = w.sum(&format!("any_{}", from.name), 1);
+    w.link(from, &any, gather(count, 0, 1.0));
+    w.link(from, to, each(count, 2.7));
+    w.link(&any, to, spread(0, count, -1.5));
 }
 
 /// Weights from each item to the item of the same number.

@@ -73,6 +73,7 @@ impl Setup {
             limit: SimDuration::from_millis(self.limit_ms),
             population: self.population.clone(),
             ablated: ablated.iter().map(|group| (*group).to_owned()).collect(),
+            ..GoalSetSpec::default()
         };
         pursue(&problem.grounded, world, &spec, seed).map_err(refused)
     }

@@ -1,0 +1,115 @@
+//! Both searches as one planner: they run at once, and the first that finds a plan acts.
+
+use std::sync::Arc;
+
+use super::forward::{ForwardGraph, ForwardPorts, Progression, acting_phases as forward_acts};
+use super::graph::{GoalSetGraph, GoalSetPorts, acting_phases as backward_acts};
+use super::rules::Regression;
+use super::wiring::{Group, Wiring, each};
+use crate::sim::{In, Module, Out, Scope, Synapse, Vector};
+
+/// The directions in which a planner searches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Directions {
+    /// From the goal back, by regression.
+    Backward,
+    /// From what holds forward, along relaxed plans.
+    Forward,
+    /// Both at once.
+    #[default]
+    Both,
+}
+
+/// A planner that searches backward, forward or both ways: a [`Module`].
+pub struct PlannerGraph {
+    pub(super) backward: Option<(Arc<Regression>, usize)>,
+    pub(super) forward: Option<(Arc<Progression>, usize)>,
+    pub(super) ablated: Vec<String>,
+}
+
+/// Ports of a [`PlannerGraph`].
+pub struct PlannerPorts {
+    /// 1 while the goal is to be reached; 0 forgets it. One number.
+    pub ready: In<Vector>,
+    /// 1 while the shown action is carried out, however long it takes. One number.
+    pub busy: In<Vector>,
+    /// One number for each fluent: 1 if it holds.
+    pub holds: In<Vector>,
+    /// One number for each fluent: 1 if it is a goal.
+    pub goal: In<Vector>,
+    /// One number for each operator: 1 for the action to do.
+    pub actions: Out<Vector>,
+    /// The search backward, if there is one.
+    pub backward: Option<GoalSetPorts>,
+    /// The search forward, if there is one.
+    pub forward: Option<ForwardPorts>,
+}
+
+impl Module for PlannerGraph {
+    type Ports = PlannerPorts;
+
+    fn expand(self, scope: &mut Scope<'_>) -> PlannerPorts {
+        let Self { backward, forward, ablated } = self;
+        let sizes = backward.as_ref().map(|(rules, _)| (rules.fluents, rules.operators.len()));
+        let sizes = sizes.or(forward.as_ref().map(|(rules, _)| rules.size()));
+        let (fluents, operators) = sizes.unwrap_or((0, 0));
+        let backward = backward.map(|(rules, slots)| {
+            let graph = GoalSetGraph::new(rules, slots);
+            scope.add("backward", ablated.iter().fold(graph, |graph, group| graph.ablate(group)))
+        });
+        let forward = forward.map(|(rules, slots)| {
+            let graph = ForwardGraph::new(rules, slots);
+            scope.add("forward", ablated.iter().fold(graph, |graph, group| graph.ablate(group)))
+        });
+
+        let w = &mut Wiring { scope, cut: &[] };
+        let ready = w.sum("ready", 1);
+        let busy = w.sum("busy", 1);
+        let holds = w.sum("holds", fluents);
+        let goal = w.sum("goal", fluents);
+        let actions = w.sum("actions", operators);
+        let searches = [
+            backward.as_ref().map(|p| ("backward", [&p.ready, &p.busy, &p.holds, &p.goal], &p.actions)),
+            forward.as_ref().map(|p| ("forward", [&p.ready, &p.busy, &p.holds, &p.goal], &p.actions)),
+        ];
+        // While one search acts, the other is not asked. If both find a plan at once, the one backward acts.
+        let asked = searches.each_ref().map(|search| {
+            search.as_ref().map(|(name, inputs, shown)| {
+                let asked = w.sum(&format!("asked_{name}"), 1);
+                w.link(&ready, &asked, [(0, 0, 1.0)]);
+                for (from, to) in [&asked, &busy, &holds, &goal].into_iter().zip(inputs) {
+                    w.scope.connect(&from.out, to, Synapse::None);
+                }
+                let shown = w.relay(&format!("shown_{name}"), shown, operators);
+                w.link(&shown, &actions, each(operators, 1.0));
+                asked
+            })
+        });
+        if let ([Some(asked_backward), Some(asked_forward)], Some(b), Some(f)) =
+            (&asked, &backward, &forward)
+        {
+            let acts = |w: &mut Wiring<'_, '_>, name: &str, phases: &Out<Vector>, acting: &[usize], count| {
+                let phases = w.relay(&format!("{name}_phases"), phases, count);
+                let acts = w.units(&format!("{name}_acts"), 1);
+                w.link(&phases, &acts, acting.iter().map(|phase| (*phase, 0, 1.0)));
+                acts
+            };
+            let (count, acting) = backward_acts();
+            let backward_acts: Group = acts(w, "backward", &b.phases, &acting, count);
+            let (count, acting) = forward_acts();
+            let forward_acts = acts(w, "forward", &f.phases, &acting, count);
+            w.link(&backward_acts, &forward_acts, [(0, 0, -2.0)]);
+            w.link(&backward_acts, asked_forward, [(0, 0, -1.5)]);
+            w.link(&forward_acts, asked_backward, [(0, 0, -1.5)]);
+        }
+        PlannerPorts {
+            ready: w.scope.input("ready", ready.input),
+            busy: w.scope.input("busy", busy.input),
+            holds: w.scope.input("holds", holds.input),
+            goal: w.scope.input("goal", goal.input),
+            actions: w.scope.output("actions", actions.out),
+            backward,
+            forward,
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! The order of the phases of forward search.
+
+use super::super::machine::{Item, Machine, Timed, Transition, When};
+use super::super::wiring::{Group, Weight, Wiring};
+
+/// A phase. Exactly one is active while the search works.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::plan::goal_sets) enum Phase {
+    /// Forgets everything, takes what holds.
+    Start,
+    /// Writes the state to its slot, and takes over the state after the winner.
+    Write,
+    /// Moves to the slot and lets everything settle.
+    Settle,
+    /// Forgets the wave.
+    Look,
+    /// The wave runs from the state.
+    Wave,
+    /// Operators race.
+    Race,
+    /// Waits until only the first of several winners is left, and compares the state after it with all that were visited.
+    Check,
+    /// The winner leads to a visited state: it is barred until the state changes.
+    Veto,
+    /// Forgets the winner.
+    Again,
+    /// Finds the slot to go on with, after a dead end.
+    Back,
+    /// Loads the state of that slot.
+    Read,
+    /// The goal holds in the present slot, or on the way to one where it does. Marks the slot, and finds the one before.
+    Mark,
+    /// Lets the last phase end.
+    Rest,
+    /// Moves to the slot before.
+    Up,
+    /// Finds the marked slot after the present one, to act.
+    Step,
+    /// Loads the state of that slot, and shows the action that leads to it.
+    Fetch,
+    /// Shows the action until the state holds.
+    Show,
+    /// Moves to that slot.
+    Next,
+    /// The goal holds.
+    Done,
+    /// Some goal cannot be reached from what holds, even if nothing were ever deleted.
+    Stuck,
+}
+
+use Phase::{
+    Again, Back, Check, Done, Fetch, Look, Mark, Next, Race, Read, Rest, Settle, Show, Start, Step, Stuck,
+    Up, Veto, Wave, Write,
+};
+
+impl Phase {
+    pub const ALL: [Self; 20] = [
+        Start, Write, Settle, Look, Wave, Race, Check, Veto, Again, Back, Read, Mark, Rest, Up, Step, Fetch,
+        Show, Next, Done, Stuck,
+    ];
+}
+
+impl Item for Phase {
+    const COUNT: usize = Self::ALL.len();
+
+    fn place(self) -> usize {
+        self as usize
+    }
+}
+
+impl Timed for Phase {
+    fn millis(self) -> f64 {
+        match self {
+            Next | Rest => 9.0,
+            Back | Look | Up | Veto => 12.0,
+            Start | Wave => 14.0,
+            Again | Settle => 15.0,
+            Write | Mark | Step => 18.0,
+            Read | Fetch => 26.0,
+            Check => 30.0,
+            Race | Show | Done | Stuck => 60.0,
+        }
+    }
+}
+
+/// A condition of a transition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::plan::goal_sets) enum Signal {
+    /// Some goal is not in the state.
+    Unmet,
+    /// All goals are in the state.
+    Solved,
+    /// Something of the state does not hold.
+    Open,
+    /// All of the state holds.
+    Closed,
+    /// Some goal is not reached by the wave.
+    Unreached,
+    /// All goals are.
+    Reached,
+    /// The wave goes on.
+    News,
+    /// The wave runs and does not go on.
+    Stalled,
+    /// Some operator may win the race.
+    Eligible,
+    /// The race has no candidates.
+    Nobody,
+    /// An operator has won.
+    Won,
+    /// Several operators have won.
+    Double,
+    /// The state after the winner was visited.
+    Seen,
+    /// The state has changed since the wave.
+    Stale,
+    /// The present slot is the first.
+    First,
+    /// The present slot is the last.
+    Last,
+    /// Some slot is taken and no dead end, apart from the present one.
+    Left,
+    /// A marked slot follows.
+    Follows,
+    /// No action is shown, or one of its preconditions does not hold, or all its effects do.
+    Unready,
+    /// The plan is requested, and no phase is active.
+    Idle,
+}
+
+use Signal::{
+    Closed, Double, Eligible, First, Follows, Idle, Last, Left, News, Nobody, Open, Reached, Seen,
+    Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
+};
+
+impl Item for Signal {
+    const COUNT: usize = Idle as usize + 1;
+
+    fn place(self) -> usize {
+        self as usize
+    }
+}
+
+/// Signals that must have lasted, and for how many milliseconds.
+const LASTING: [(Signal, f64); 6] =
+    [(Closed, 7.0), (Solved, 7.0), (Nobody, 25.0), (Reached, 8.0), (Stalled, 25.0), (Unready, 40.0)];
+
+const TRANSITIONS: &[Transition<Phase, Signal>] = &[
+    (When::Nothing, Start, &[Idle], &[], &[]),
+    (When::After(Start), Write, &[], &[], &[]),
+    (When::After(Write), Settle, &[], &[], &[]),
+    (When::After(Settle), Race, &[], &[], &[]),
+    (When::In(Race), Check, &[Won], &[], &[]),
+    (When::In(Race), Mark, &[], &[Solved], &[Won]),
+    (When::In(Race), Look, &[Stale, Unmet], &[Nobody], &[Won]),
+    (When::In(Race), Back, &[Unmet], &[Nobody], &[Won, Stale]),
+    (When::Long(Race), Back, &[Unmet], &[], &[Won]),
+    (When::After(Look), Wave, &[], &[], &[]),
+    (When::After(Wave), Race, &[], &[Reached], &[]),
+    (When::In(Wave), Stuck, &[First, Unreached], &[Stalled], &[]),
+    (When::In(Wave), Back, &[Unreached], &[Stalled], &[First]),
+    (When::After(Check), Race, &[], &[], &[Won]),
+    (When::After(Check), Start, &[Won, Last], &[], &[Double]),
+    (When::After(Check), Veto, &[Won, Seen], &[], &[Double, Last]),
+    (When::After(Check), Write, &[Won], &[], &[Double, Last, Seen]),
+    (When::After(Veto), Again, &[], &[], &[]),
+    (When::After(Again), Race, &[], &[], &[]),
+    (When::After(Back), Read, &[Left], &[], &[]),
+    (When::After(Back), Start, &[], &[], &[Left]),
+    (When::After(Read), Settle, &[], &[], &[]),
+    (When::After(Mark), Rest, &[], &[], &[First]),
+    (When::After(Mark), Step, &[First], &[], &[]),
+    (When::After(Rest), Up, &[], &[], &[]),
+    (When::After(Up), Mark, &[], &[], &[]),
+    (When::After(Step), Fetch, &[Follows], &[], &[]),
+    (When::After(Step), Done, &[], &[], &[Follows]),
+    (When::After(Fetch), Show, &[], &[], &[]),
+    (When::In(Show), Next, &[], &[Closed], &[]),
+    (When::In(Show), Start, &[Open], &[Unready], &[]),
+    (When::Long(Show), Start, &[Open], &[], &[]),
+    (When::After(Next), Step, &[], &[], &[]),
+    (When::After(Done), Start, &[Open], &[], &[]),
+    (When::After(Stuck), Start, &[Open], &[], &[]),
+];
+
+/// The groups of the control.
+pub(super) struct Control {
+    pub phases: Group,
+    pub signals: Group,
+    /// Phases that have lasted for their time.
+    pub elapsed: Group,
+    /// One unit: the last search found no plan.
+    pub restless: Group,
+}
+
+impl Control {
+    /// Adds the phases and their transitions. `ready` and `busy` have one item each.
+    pub fn new(w: &mut Wiring<'_, '_>, ready: &Group, busy: &Group) -> Self {
+        let machine = Machine::new(w, &Phase::ALL, TRANSITIONS, &LASTING, busy);
+        machine.obey(w, ready);
+        let Machine { phases, signals, enter, elapsed } = machine;
+
+        // The state has changed since the last wave.
+        let stale = w.latches("stale", 1);
+        let changes = [(Write, 1.2), (Read, 1.2), (Wave, -4.0)];
+        w.link(&phases, &stale, changes.map(|(phase, weight)| (phase.place(), 0, weight)));
+        w.link(&stale, &signals, [(0, Stale.place(), 1.0)]);
+
+        // A search that fills the slots, or leaves no slot to go on with, must not begin again as it was.
+        let restless = w.latches("restless", 1);
+        let failed = TRANSITIONS.iter().enumerate().filter(|(_, (when, to, ..))| {
+            *to == Start && matches!(when, When::After(Check | Back))
+        });
+        w.link(&enter, &restless, failed.map(|(i, _)| (i, 0, 2.0)).collect::<Vec<_>>());
+        w.link(&phases, &restless, [Mark, Stuck].map(|p| (p.place(), 0, -4.0)));
+
+        w.link(ready, &signals, [(0, Idle.place(), 1.0)]);
+        let mut told: Vec<Weight> =
+            Phase::ALL.iter().map(|p| (p.place(), Idle.place(), -1.3)).collect();
+        let during = [(Race, Nobody), (Wave, Reached), (Wave, Stalled), (Show, Unready)];
+        told.extend(during.map(|(p, s)| (p.place(), s.place(), 1.0)));
+        // A state holds only once it is loaded.
+        told.extend([Fetch, Read, Start].map(|p| (p.place(), Closed.place(), -1.3)));
+        told.extend([Read, Start, Write].map(|p| (p.place(), Solved.place(), -1.3)));
+        w.link(&phases, &signals, told);
+        let against = [
+            (Open, Closed),
+            (Unmet, Solved),
+            (Eligible, Nobody),
+            (Unreached, Reached),
+            (News, Stalled),
+        ];
+        w.link(&signals, &signals, against.map(|(a, b)| (a.place(), b.place(), -1.3)));
+        let mut bias = [0.0; Signal::COUNT];
+        bias[Closed.place()] = 1.0;
+        bias[Solved.place()] = 1.0;
+        bias[Double.place()] = -1.3;
+        w.bias(&signals, &bias);
+        Self { phases, signals, elapsed, restless }
+    }
+}

@@ -1,0 +1,244 @@
+//! Forward search as one graph of units.
+
+use std::sync::Arc;
+
+use super::super::memory::Layout;
+use super::super::motor::{Acting, act, load};
+use super::super::race::{Turns, impatience, race};
+use super::super::rules::Regression;
+use super::super::wiring::{Group, Weight, Wiring, each, gather, spread};
+use super::control::{Control, Phase, Signal};
+use super::memory::Memory;
+use super::relaxed::relaxed;
+use crate::neurons::Map;
+use crate::plan::strips::{GroundOperator, Grounded};
+use crate::sim::{In, Module, Out, Real, Scope, Synapse, Vector};
+
+/// Weight of an operator that adds a goal.
+const HELPS: Real = 0.4;
+/// Weight with which a veto keeps an operator out of the race.
+const BAR: Real = -16.0;
+/// Time constant with which the race becomes easier to win, in milliseconds.
+const URGENCY_MS: u64 = 60;
+/// Phases in which it does, and the weight of each.
+const URGES: [(Phase, Real); 3] = [(Phase::Settle, 1.7), (Phase::Again, 1.7), (Phase::Race, 3.7)];
+/// Weight of an operator that is favoured by chance, after a search that found no plan; weight with which such a search lets
+/// chance through; standard deviation of the noise behind it, and the time constant of its changes in milliseconds.
+const STIRS: Real = 0.6;
+const STIRRED: Real = 3.0;
+const STIR_NOISE: Real = 0.5;
+const STIR_MS: u64 = 100;
+
+/// What forward search knows of a problem.
+#[derive(Debug, Clone)]
+pub struct Progression {
+    fluents: usize,
+    operators: Vec<GroundOperator>,
+    /// Pairs of goals of which the first comes first: whatever achieves it undoes the second.
+    pub(super) before: Vec<[usize; 2]>,
+}
+
+impl Progression {
+    /// Finds the rules of a problem, of which `rules` are those of regression.
+    ///
+    /// A goal comes before another one if each operator that achieves it deletes the other, or needs what excludes the other.
+    /// If both come before each other, neither does.
+    pub fn new(problem: &Grounded, rules: &Regression) -> Self {
+        let goals = &problem.goal;
+        let first = |a: usize, b: usize| {
+            let mut adders = rules.operators.iter().filter(|o| o.adds.contains(&a)).peekable();
+            adders.peek().is_some() && adders.all(|o| o.threatens.contains(&b))
+        };
+        let pairs = goals.iter().flat_map(|a| goals.iter().map(move |b| [*a, *b]));
+        let before = pairs.filter(|[a, b]| a != b && first(*a, *b) && !first(*b, *a)).collect();
+        Self { fluents: problem.fluents.len(), operators: problem.operators.clone(), before }
+    }
+
+    pub(in crate::plan::goal_sets) fn size(&self) -> (usize, usize) {
+        (self.fluents, self.operators.len())
+    }
+
+    pub(super) fn fluents(&self) -> usize {
+        self.fluents
+    }
+
+    pub(super) fn operators(&self) -> usize {
+        self.operators.len()
+    }
+
+    /// Returns links from fluents to operators.
+    fn links(&self, part: fn(&GroundOperator) -> &Vec<usize>, weight: Real) -> Vec<Weight> {
+        let rows = self.operators.iter().enumerate();
+        rows.flat_map(|(a, o)| part(o).iter().map(move |f| (*f, a, weight))).collect()
+    }
+
+    pub(super) fn needs(&self, weight: Real) -> Vec<Weight> {
+        self.links(|o| &o.preconditions, weight)
+    }
+
+    pub(super) fn adds(&self, weight: Real) -> Vec<Weight> {
+        self.links(|o| &o.adds, weight)
+    }
+
+    /// Returns links from fluents to operators that delete and do not add them.
+    pub(super) fn deletes(&self, weight: Real) -> Vec<Weight> {
+        let mut links = self.links(|o| &o.deletes, weight);
+        links.retain(|(f, a, _)| !self.operators[*a].adds.contains(f));
+        links
+    }
+}
+
+/// Forward search over a grounded problem: a [`Module`].
+pub struct ForwardGraph {
+    rules: Arc<Progression>,
+    slots: usize,
+    ablated: Vec<String>,
+}
+
+/// Ports of a [`ForwardGraph`].
+pub struct ForwardPorts {
+    /// 1 while the goal is to be reached; 0 forgets it. One number.
+    pub ready: In<Vector>,
+    /// 1 while the shown action is carried out, however long it takes. One number.
+    pub busy: In<Vector>,
+    /// One number for each fluent: 1 if it holds.
+    pub holds: In<Vector>,
+    /// One number for each fluent: 1 if it is a goal.
+    pub goal: In<Vector>,
+    /// One number for each operator: 1 for the action to do.
+    pub actions: Out<Vector>,
+    /// One number for each phase: 1 for the present one.
+    pub phases: Out<Vector>,
+    /// One number for each fluent: 1 if it is in the present state.
+    pub state: Out<Vector>,
+    /// One number for each operator: 1 for those of the relaxed plan.
+    pub used: Out<Vector>,
+    /// One number for each operator: 1 for the winner.
+    pub winner: Out<Vector>,
+    /// One number for each slot: 1 for the present one.
+    pub slot: Out<Vector>,
+}
+
+/// Returns the number of phases, and those in which it acts.
+pub(in crate::plan::goal_sets) fn acting_phases() -> (usize, Vec<usize>) {
+    use Phase::{Done, Fetch, Mark, Next, Rest, Show, Step, Up};
+    let acting = [Mark, Up, Rest, Step, Fetch, Show, Next, Done];
+    (Phase::ALL.len(), acting.map(|phase| phase as usize).to_vec())
+}
+
+impl ForwardGraph {
+    /// Makes a search that remembers up to `slots` states, at least two.
+    pub fn new(rules: Arc<Progression>, slots: usize) -> Self {
+        Self { rules, slots: slots.max(2), ablated: Vec::new() }
+    }
+
+    /// Cuts the links from a group to the others, such as from `wanted`. The name of another group has no effect.
+    #[must_use]
+    pub fn ablate(mut self, group: &str) -> Self {
+        self.ablated.push(group.into());
+        self
+    }
+}
+
+impl Module for ForwardGraph {
+    type Ports = ForwardPorts;
+
+    fn expand(self, scope: &mut Scope<'_>) -> ForwardPorts {
+        let Self { rules, slots, ablated } = self;
+        let (fluents, operators) = (rules.fluents(), rules.operators());
+        let w = &mut Wiring { scope, cut: &ablated };
+        let ready = w.sum("ready", 1);
+        let busy = w.sum("busy", 1);
+        let holds = w.sum("holds", fluents);
+        let goal = w.sum("goal", fluents);
+        let control = Control::new(w, &ready, &busy);
+        let (phases, signals) = (&control.phases, &control.signals);
+
+        let state = w.latches("state", fluents);
+        let open = w.units("open", fluents);
+        w.link(&state, &open, each(fluents, 1.0));
+        w.link(&holds, &open, each(fluents, -1.5));
+        w.link(&open, signals, gather(fluents, Signal::Open as usize, 1.0));
+
+        let plan = relaxed(w, &rules, (phases, signals), &state, &goal);
+
+        // Operators of the relaxed plan that can be applied, and lead to no visited state.
+        let lacks = w.units("lacks", operators);
+        w.link(&plan.absent, &lacks, rules.needs(1.0));
+        let tabu = w.latches("tabu", operators);
+        let eligible = w.units("eligible", operators);
+        w.link(&plan.used, &eligible, each(operators, 1.0));
+        w.link(&lacks, &eligible, each(operators, -1.5));
+        w.link(&tabu, &eligible, each(operators, -1.5));
+        w.link(&eligible, signals, gather(operators, Signal::Eligible as usize, 1.0));
+        let barred = w.tonic("barred", operators);
+        w.link(&eligible, &barred, each(operators, -1.3));
+
+        let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
+        let utilities = w.analog("utilities", operators, utility);
+        w.link(&barred, &utilities, each(operators, BAR));
+        w.link(&plan.wanted, &utilities, rules.adds(HELPS));
+        let urgency = w.slow("urgency", phases, URGENCY_MS);
+        let urges = URGES.iter().flat_map(|(p, u)| spread(*p as usize, operators, *u));
+        w.link(&urgency, &utilities, urges);
+        w.bias(&utilities, &vec![-0.7; operators]);
+        impatience(w, phases, &control.elapsed, Phase::Race as usize, &utilities);
+        let stir = w.biased("stir", operators, 0.5 - STIRRED);
+        let chance = w.noisy("chance", operators, STIR_NOISE, STIR_MS);
+        w.link(&control.restless, &chance, spread(0, operators, STIRRED));
+        w.link_by(&chance, &stir, each(operators, 1.0), Synapse::lowpass_ms(STIR_MS));
+        w.link(&stir, &utilities, each(operators, STIRS));
+        let turns = Turns {
+            race: Phase::Race as usize,
+            check: Phase::Check as usize,
+            clear: &[
+                Phase::Settle as usize,
+                Phase::Again as usize,
+                Phase::Start as usize,
+                Phase::Back as usize,
+            ],
+            told: [Signal::Won as usize, Signal::Double as usize],
+        };
+        let winner = race(w, (phases, signals), &turns, &utilities);
+        let forbid = w.both("forbid", operators);
+        w.link(&winner, &forbid, each(operators, 1.0));
+        w.link(phases, &forbid, spread(Phase::Veto as usize, operators, 1.0));
+        w.link(&forbid, &tabu, each(operators, 1.2));
+        let freed = [Phase::Start, Phase::Write, Phase::Read];
+        w.link(phases, &tabu, freed.iter().flat_map(|p| spread(*p as usize, operators, -5.0)));
+
+        let layout = Layout::new(fluents, operators, slots);
+        let memory = Memory::new(w, &layout, &rules, (phases, signals), &state, &winner);
+        for (name, source, when) in [
+            ("begin", &holds, &[Phase::Start as usize][..]),
+            ("commit", &memory.child, &[Phase::Write as usize][..]),
+            ("recall", &memory.recalled, &[Phase::Read as usize, Phase::Fetch as usize][..]),
+        ] {
+            load(w, name, source, &state, phases, when);
+        }
+        let acting = Acting {
+            phases: &[(Phase::Show as usize, 1.0), (Phase::Fetch as usize, 1.0)],
+            open: Signal::Open as usize,
+            unready: Signal::Unready as usize,
+        };
+        let links = [rules.needs(1.0), rules.adds(1.0)];
+        let actions =
+            act(w, (&links[0], &links[1]), (phases, signals), &acting, &holds, &memory.shown);
+
+        let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
+            scope.input(name, group.input.clone())
+        };
+        ForwardPorts {
+            ready: input(w.scope, "ready", &ready),
+            busy: input(w.scope, "busy", &busy),
+            holds: input(w.scope, "holds", &holds),
+            goal: input(w.scope, "goal", &goal),
+            actions: w.scope.output("actions", actions.out),
+            phases: control.phases.out,
+            state: state.out,
+            used: plan.used.out,
+            winner: winner.out,
+            slot: memory.slot.out,
+        }
+    }
+}

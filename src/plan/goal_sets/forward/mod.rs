@@ -1,0 +1,27 @@
+//! Search forward, from what holds towards the goal, along relaxed plans.
+//!
+//! The other search of this room goes back from the goal. Each solves problems that the other does not: regression meets sets
+//! that no state has, and progression dead ends. So both run at once, and the first that finds a plan acts.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `control` | phases and signals, and the table of transitions |
+//! | `relaxed` | the wave from a state, what supports what, and which operators the goals need |
+//! | `memory` | slots for states; the way back to the first and forth again |
+//! | `graph` | all parts as one module |
+//!
+//! A wave runs from the state through all operators at once, and latches for each fluent the operators that reach it first (the
+//! relaxed planning graph of Hoffmann and Nebel, "The FF planning system", 2001). From the goals back, units mark what is
+//! needed: its supporters, their preconditions, and so on, down to what holds. So the relaxed plan is there at once, and changes
+//! with the state while its operators are applied one after the other (lookahead, as in Vidal, "A lookahead strategy for
+//! heuristic search planning", 2004). When none is left to apply, a new wave runs. A goal that would have to be undone for
+//! another one waits for it (Koehler and Hoffmann, "On reasonable and forced goal orderings", 2000): fixed synapses, found from
+//! what excludes what.
+
+pub(super) mod control;
+mod graph;
+mod memory;
+mod relaxed;
+
+pub(super) use graph::acting_phases;
+pub use graph::{ForwardGraph, ForwardPorts, Progression};

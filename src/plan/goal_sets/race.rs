@@ -1,0 +1,87 @@
+//! The race among operators: accumulators, latches that hold the winner, and what breaks ties.
+
+use super::wiring::{Group, Wiring, each, gather, spread};
+use crate::sim::{Real, SimDuration, Synapse};
+
+/// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later
+/// win as well.
+const HOLD: Real = 8.0;
+/// Units that make a race easier to win the longer it lasts, so that the best of operators that cost much is found as well.
+/// Without them it lasts until it is taken for a dead end.
+const RUNGS: usize = 8;
+/// Synapse from one of them to the next, in milliseconds.
+const RUNG_MS: u64 = 12;
+
+/// The phases in which a race is run, and the signals that tell of winners.
+pub(super) struct Turns {
+    pub race: usize,
+    /// Only the first of several winners is left in this phase.
+    pub check: usize,
+    /// The winner is forgotten in these phases.
+    pub clear: &'static [usize],
+    /// Signals of a winner, and of several.
+    pub told: [usize; 2],
+}
+
+/// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.
+pub(super) fn impatience(
+    w: &mut Wiring<'_, '_>,
+    phases: &Group,
+    elapsed: &Group,
+    race: usize,
+    utilities: &Group,
+) {
+    let rungs = w.both("impatience", RUNGS);
+    w.link(phases, &rungs, spread(race, RUNGS, 1.0));
+    w.link(elapsed, &rungs, [(race, 0, 1.0)]);
+    let later = (1..RUNGS).map(|rung| (rung - 1, rung, 1.0));
+    w.link_by(&rungs, &rungs, later, Synapse::lowpass_ms(RUNG_MS));
+    w.link(&rungs, utilities, (0..RUNGS).flat_map(|rung| spread(rung, utilities.count, 1.0)));
+}
+
+/// Adds the race of accumulators, and latches that hold the winner. A winner holds the other accumulators down.
+pub(super) fn race(
+    w: &mut Wiring<'_, '_>,
+    (phases, signals): (&Group, &Group),
+    turns: &Turns,
+    utilities: &Group,
+) -> Group {
+    let operators = utilities.count;
+    let race = w.race("race", operators, SimDuration::from_millis(5));
+    w.link(utilities, &race, each(operators, 1.0));
+    let rest = w.tonic("rest", 1);
+    w.link(phases, &rest, [(turns.race, 0, -1.3)]);
+    w.link(&rest, &race, spread(0, operators, -8.0));
+    let winner = w.latches("winner", operators);
+    w.link(&race, &winner, each(operators, 1.0));
+    let rivals = w.sum("rivals", 1);
+    w.link(&winner, &rivals, gather(operators, 0, 1.0));
+    let own = w.sum("own", operators);
+    w.link(&winner, &own, each(operators, 1.0));
+    w.link(&rivals, &race, spread(0, operators, -HOLD));
+    w.link(&own, &race, each(operators, HOLD));
+    let cleared = turns.clear.iter().flat_map(|p| spread(*p, operators, -4.0));
+    w.link(phases, &winner, cleared);
+    break_ties(w, phases, turns.check, &winner);
+    let told = turns.told.map(|signal| (0, signal, 1.0));
+    w.link(&rivals, signals, told);
+    winner
+}
+
+/// Lets every winner give way to those before it, while they are checked.
+///
+/// Winners are summed in rows, so that the weights are as many as operators times the root of their number.
+fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, check: usize, winner: &Group) {
+    const BEFORE: Real = 1.3;
+    let operators = winner.count;
+    let side = operators.isqrt().max(1);
+    let rows = w.sum("winner_rows", operators.div_ceil(side));
+    w.link(winner, &rows, (0..operators).map(|a| (a, a / side, 1.0)));
+    let later = w.both("give_way", operators);
+    let before = (0..operators).flat_map(|a| (0..a / side).map(move |row| (row, a, BEFORE)));
+    w.link(&rows, &later, before);
+    let beside = (0..operators).flat_map(|a| (a - a % side..a).map(move |b| (b, a, BEFORE)));
+    w.link(winner, &later, beside);
+    w.link(phases, &later, spread(check, operators, 1.0));
+    w.link(&later, winner, each(operators, -4.0));
+}
