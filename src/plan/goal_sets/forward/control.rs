@@ -102,6 +102,8 @@ pub(in crate::plan::goal_sets) enum Signal {
     News,
     /// The wave runs and does not go on.
     Stalled,
+    /// The relaxed plan grows.
+    Grows,
     /// Some operator may win the race.
     Eligible,
     /// The race has no candidates.
@@ -129,7 +131,7 @@ pub(in crate::plan::goal_sets) enum Signal {
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Follows, Idle, Last, Left, News, Nobody, Open, Reached, Seen,
+    Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open, Reached, Seen,
     Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
 };
 
@@ -227,6 +229,7 @@ impl Control {
             (Open, Closed),
             (Unmet, Solved),
             (Eligible, Nobody),
+            (Grows, Nobody),
             (Unreached, Reached),
             (News, Stalled),
         ];

@@ -3,12 +3,10 @@
 use super::super::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
 use super::control::{Phase, Signal};
 use super::graph::Progression;
-use crate::sim::{Real, Synapse};
+use crate::sim::Real;
 
 /// Weight that no number of active inputs outweighs.
 const NEVER: Real = -60.0;
-/// Synapse from an operator to what it adds, in milliseconds. The operator must find the fluent pending long enough.
-const STEP_MS: u64 = 4;
 /// Weight with which an operator and a fluent that is pending become its support, in a few milliseconds.
 const SUPPORT: Real = 1.7;
 /// Time constant of what was reached before, in milliseconds. A fluent counts as new for about as long.
@@ -48,18 +46,11 @@ pub(super) fn relaxed(
     let enabled = w.tonic("enabled", operators);
     w.link(&pending, &enabled, rules.needs(-1.3));
     w.link(phases, &enabled, [look, start].into_iter().flat_map(|p| spread(p, operators, -1.3)).collect::<Vec<_>>());
-    let adds = |weight| rules.adds(weight).into_iter().map(|(f, a, weight)| (a, f, weight));
-    w.link_by(&enabled, &reached, adds(1.2), Synapse::lowpass_ms(STEP_MS));
     let unreached = w.both("unreached", fluents);
     w.link(goal, &unreached, each(fluents, 1.0));
     w.link(&pending, &unreached, each(fluents, 1.0));
     w.link(&unreached, signals, gather(fluents, Signal::Unreached as usize, 1.0));
-    // Fluents that were just reached.
-    let before = w.slow("reached_before", &reached, BEFORE_MS);
-    let new = w.units("new", fluents);
-    w.link(&reached, &new, each(fluents, 1.2));
-    w.link(&before, &new, each(fluents, -1.3));
-    w.link(&new, signals, gather(fluents, Signal::News as usize, 1.0));
+    news(w, "newly_reached", &reached, signals, Signal::News);
 
     // Which operators reach a fluent first: one unit for each operator and fluent that it adds.
     let pairs = rules.adds(1.0);
@@ -69,6 +60,8 @@ pub(super) fn relaxed(
     w.link(&enabled, &supports, numbered().map(|(p, (_, a, _))| (*a, p, SUPPORT)));
     w.link(&pending, &supports, numbered().map(|(p, (f, ..))| (*f, p, SUPPORT)));
     w.link(&supports, &supports, each(count, 2.0 * SUPPORT));
+    // A fluent is reached by what supports it, so that there is always one, however many operators come at once.
+    w.link(&supports, &reached, numbered().map(|(p, (f, ..))| (p, *f, 1.2)));
     w.link(phases, &supports, [look, start].into_iter().flat_map(|p| spread(p, count, -8.0)).collect::<Vec<_>>());
 
     // What the goals need. A fluent of the state needs nothing.
@@ -89,5 +82,16 @@ pub(super) fn relaxed(
     w.link(&via, &used, numbered().map(|(p, (_, a, _))| (p, *a, 1.2)));
     let back: Vec<Weight> = rules.needs(1.2).into_iter().map(|(f, a, weight)| (a, f, weight)).collect();
     w.link(&used, &needed, back);
+    news(w, "newly_needed", &needed, signals, Signal::Grows);
     Relaxed { absent, wanted, used }
+}
+
+/// Tells of items that have just become active.
+fn news(w: &mut Wiring<'_, '_>, name: &str, group: &Group, signals: &Group, signal: Signal) {
+    let count = group.count;
+    let before = w.slow(&format!("{name}_before"), group, BEFORE_MS);
+    let new = w.units(name, count);
+    w.link(group, &new, each(count, 1.2));
+    w.link(&before, &new, each(count, -1.3));
+    w.link(&new, signals, gather(count, signal as usize, 1.0));
 }
