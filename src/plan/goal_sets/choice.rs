@@ -31,7 +31,8 @@ pub(super) const BAR: Real = -16.0;
 const URGENCY_MS: u64 = 60;
 /// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
 /// costs settle. Greater weights save a few milliseconds a step and lose long plans.
-const URGES: [(Phase, Real); 3] = [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Race, 3.7)];
+const URGES: [(Phase, Real); 4] =
+    [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Again, 1.7), (Phase::Race, 3.7)];
 
 /// The groups of the choice.
 pub(super) struct Choice {
@@ -112,7 +113,12 @@ impl Choice {
         let turns = Turns {
             race: Phase::Race as usize,
             check: Phase::Check as usize,
-            clear: &[Phase::Settle as usize, Phase::Start as usize, Phase::Back as usize],
+            clear: &[
+                Phase::Settle as usize,
+                Phase::Again as usize,
+                Phase::Start as usize,
+                Phase::Back as usize,
+            ],
             told: [Signal::Won as usize, Signal::Double as usize],
         };
         let winner = race(w, (phases, signals), &turns, &utilities);

@@ -18,6 +18,10 @@ pub(super) enum Phase {
     Race,
     /// Waits until only the first of several winners is left, and finds the goal set before it.
     Check,
+    /// The winner leads to a visited goal set: it is barred until the goal set changes.
+    Veto,
+    /// Forgets the winner.
+    Again,
     /// Finds the slot to go on with, after a dead end.
     Back,
     /// Loads the goal set of that slot.
@@ -39,13 +43,13 @@ pub(super) enum Phase {
 }
 
 use Phase::{
-    Back, Begin, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Wave,
-    Write,
+    Again, Back, Begin, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Veto,
+    Wave, Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 15] = [
-        Start, Wave, Write, Settle, Race, Check, Back, Read, Begin, Step, Fetch, Show, Next, Done,
+    pub const ALL: [Self; 17] = [
+        Start, Wave, Write, Settle, Race, Check, Veto, Again, Back, Read, Begin, Step, Fetch, Show, Next, Done,
         Stuck,
     ];
 }
@@ -62,12 +66,12 @@ impl Timed for Phase {
     fn millis(self) -> f64 {
         match self {
             Next | Step => 7.0,
-            Check => 9.0,
             Start => 10.0,
-            Back | Wave => 12.0,
-            Begin | Settle => 15.0,
+            Back | Veto | Wave => 12.0,
+            Again | Begin | Settle => 15.0,
             Write => 18.0,
             Read | Fetch => 26.0,
+            Check => 32.0,
             Race | Show | Done | Stuck => 60.0,
         }
     }
@@ -86,6 +90,8 @@ pub(super) enum Signal {
     Won,
     /// Several operators have won.
     Double,
+    /// The goal set before the winner contains one that was visited.
+    Seen,
     /// The present slot is the first.
     First,
     /// The present slot is the last.
@@ -105,13 +111,13 @@ pub(super) enum Signal {
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Idle, Last, Left, Nobody, Open, Reached, Unreached, Unready,
+    Closed, Double, Eligible, First, Idle, Last, Left, Nobody, Open, Reached, Seen, Unreached, Unready,
     Won,
 };
 
 impl Signal {
-    pub const ALL: [Self; 13] = [
-        Open, Unreached, Eligible, Won, Double, First, Last, Unready, Closed, Nobody, Reached,
+    pub const ALL: [Self; 14] = [
+        Open, Unreached, Eligible, Won, Double, Seen, First, Last, Unready, Closed, Nobody, Reached,
         Idle, Left,
     ];
 }
@@ -142,7 +148,10 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::Long(Race), Back, &[Open], &[], &[Won]),
     (When::After(Check), Race, &[], &[], &[Won]),
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
-    (When::After(Check), Write, &[Won], &[], &[Double, Last]),
+    (When::After(Check), Veto, &[Won, Seen], &[], &[Double, Last]),
+    (When::After(Check), Write, &[Won], &[], &[Double, Last, Seen]),
+    (When::After(Veto), Again, &[], &[], &[]),
+    (When::After(Again), Race, &[], &[], &[]),
     (When::After(Back), Start, &[], &[], &[Left]),
     (When::After(Back), Start, &[Last], &[], &[]),
     (When::After(Back), Read, &[Left], &[], &[Last]),

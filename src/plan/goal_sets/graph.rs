@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::choice::Choice;
 use super::control::{Control, Phase, Signal};
-use super::costs::costs;
-use super::memory::{Layout, Memory};
+use super::costs::{LEVELS, costs};
+use super::memory::memory;
 use super::motor::{Acting, act, load};
 use super::rules::Regression;
+use super::tree::Layout;
 use super::wiring::{Group, Wiring, each, gather};
 use crate::sim::{In, Module, Out, Scope, Vector};
 
@@ -57,6 +58,16 @@ pub(super) fn acting_phases() -> (usize, Vec<usize>) {
     (Phase::ALL.len(), acting.map(|phase| phase as usize).to_vec())
 }
 
+impl Regression {
+    /// Returns about how many units a graph of this size has, without those of its slots.
+    pub(super) fn units(fluents: usize, operators: usize) -> usize {
+        // Pairs of fluents are kept as a table while the planner is built.
+        let table = fluents.saturating_mul(fluents) / 256;
+        let rules = fluents.saturating_mul(3 * LEVELS + 18);
+        rules.saturating_add(operators.saturating_mul(17)).saturating_add(table)
+    }
+}
+
 impl GoalSetGraph {
     /// Makes a planner that remembers up to `slots` goal sets, at least two: one for the goal, one for each action.
     pub fn new(rules: Arc<Regression>, slots: usize) -> Self {
@@ -94,7 +105,7 @@ impl Module for GoalSetGraph {
         let costs = costs(w, &rules, (phases, signals), &holds, &goals);
         let choice = Choice::new(w, &rules, &control, (&goals, &open), &costs);
         let layout = Layout::new(fluents, rules.operators.len(), slots);
-        let memory = Memory::new(w, &layout, &rules, (phases, signals), &goals, &choice);
+        let memory = memory(w, &layout, &rules, (phases, signals), &goals, &choice);
         for (name, source, when) in [
             ("begin", &goal, &[Phase::Start][..]),
             ("commit", &memory.child, &[Phase::Write][..]),

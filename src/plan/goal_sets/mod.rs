@@ -62,10 +62,10 @@ mod motor;
 mod mutex;
 mod plan;
 mod race;
-mod retreat;
 mod rules;
 mod search;
 mod synapses;
+mod tree;
 mod wiring;
 mod world;
 

@@ -7,9 +7,9 @@ use thiserror::Error;
 
 use super::both::{Directions, PlannerGraph};
 use super::forward::Progression;
-use super::memory::Layout;
 use super::moments::{Moment, Moments, Step};
 use super::rules::Regression;
+use super::tree::Layout;
 use super::world::{Begun, StripsWorld};
 use crate::neurons::{PatternError, Population, PopulationPlan, Tuning};
 use crate::plan::strips::Grounded;
@@ -271,7 +271,7 @@ pub fn pursue(
     })
 }
 
-/// Returns the number of units of a planner with these slots.
+/// Returns about how many units a search backward has.
 ///
 /// # Errors
 /// [`GoalSetError::TooLarge`] if they are more than [`MAX_UNITS`].
@@ -280,7 +280,9 @@ pub(crate) fn check_units(
     operators: usize,
     slots: usize,
 ) -> Result<usize, GoalSetError> {
-    match Layout::new(fluents, operators, slots).units() {
+    let units = Regression::units(fluents, operators)
+        .saturating_add(Layout::new(fluents, operators, slots).units());
+    match units {
         units if units > MAX_UNITS => {
             Err(GoalSetError::TooLarge { fluents, operators, slots, units })
         }

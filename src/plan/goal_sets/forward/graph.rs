@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::super::memory::Layout;
 use super::super::motor::{Acting, act, load};
 use super::super::race::{Turns, impatience, race};
 use super::super::rules::Regression;
+use super::super::tree::Layout;
 use super::super::wiring::{Group, Weight, Wiring, each, gather, spread};
 use super::control::{Control, Phase, Signal};
-use super::memory::Memory;
+use super::memory::memory;
 use super::relaxed::relaxed;
 use crate::neurons::Map;
 use crate::plan::strips::{GroundOperator, Grounded};
@@ -165,11 +165,9 @@ impl Module for ForwardGraph {
         // Operators of the relaxed plan that can be applied, and lead to no visited state.
         let lacks = w.units("lacks", operators);
         w.link(&plan.absent, &lacks, rules.needs(1.0));
-        let tabu = w.latches("tabu", operators);
         let eligible = w.units("eligible", operators);
         w.link(&plan.used, &eligible, each(operators, 1.0));
         w.link(&lacks, &eligible, each(operators, -1.5));
-        w.link(&tabu, &eligible, each(operators, -1.5));
         w.link(&eligible, signals, gather(operators, Signal::Eligible as usize, 1.0));
         let barred = w.tonic("barred", operators);
         w.link(&eligible, &barred, each(operators, -1.3));
@@ -200,19 +198,13 @@ impl Module for ForwardGraph {
             told: [Signal::Won as usize, Signal::Double as usize],
         };
         let winner = race(w, (phases, signals), &turns, &utilities);
-        let forbid = w.both("forbid", operators);
-        w.link(&winner, &forbid, each(operators, 1.0));
-        w.link(phases, &forbid, spread(Phase::Veto as usize, operators, 1.0));
-        w.link(&forbid, &tabu, each(operators, 1.2));
-        let freed = [Phase::Start, Phase::Write, Phase::Read];
-        w.link(phases, &tabu, freed.iter().flat_map(|p| spread(*p as usize, operators, -5.0)));
-
         let layout = Layout::new(fluents, operators, slots);
-        let memory = Memory::new(w, &layout, &rules, (phases, signals), &state, &winner);
+        let tree = memory(w, &layout, &rules, (phases, signals), &state, &winner);
+        w.link(&tree.tabu, &eligible, each(operators, -1.5));
         for (name, source, when) in [
             ("begin", &holds, &[Phase::Start as usize][..]),
-            ("commit", &memory.child, &[Phase::Write as usize][..]),
-            ("recall", &memory.recalled, &[Phase::Read as usize, Phase::Fetch as usize][..]),
+            ("commit", &tree.child, &[Phase::Write as usize][..]),
+            ("recall", &tree.recalled, &[Phase::Read as usize, Phase::Fetch as usize][..]),
         ] {
             load(w, name, source, &state, phases, when);
         }
@@ -223,7 +215,7 @@ impl Module for ForwardGraph {
         };
         let links = [rules.needs(1.0), rules.adds(1.0)];
         let actions =
-            act(w, (&links[0], &links[1]), (phases, signals), &acting, &holds, &memory.shown);
+            act(w, (&links[0], &links[1]), (phases, signals), &acting, &holds, &tree.shown);
 
         let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
             scope.input(name, group.input.clone())
@@ -238,7 +230,7 @@ impl Module for ForwardGraph {
             state: state.out,
             used: plan.used.out,
             winner: winner.out,
-            slot: memory.slot.out,
+            slot: tree.slot.out,
         }
     }
 }
