@@ -32,12 +32,10 @@ const URGENCY_MS: u64 = 60;
 /// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
 /// costs settle. Greater weights save a few milliseconds a step and lose long plans.
 const URGES: [(Phase, Real); 4] =
-    [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Again, 1.7), (Phase::Race, 3.7)];
+    [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Veto, 1.7), (Phase::Race, 3.7)];
 
 /// The groups of the choice.
 pub(super) struct Choice {
-    /// Rows of costs of the present goals, as those of all fluents in the costs.
-    pub gains: Group,
     /// Operators that may be chosen.
     pub eligible: Group,
     /// What each operator is worth.
@@ -115,14 +113,13 @@ impl Choice {
             check: Phase::Check as usize,
             clear: &[
                 Phase::Settle as usize,
-                Phase::Again as usize,
                 Phase::Start as usize,
                 Phase::Back as usize,
             ],
             told: [Signal::Won as usize, Signal::Double as usize],
         };
         let winner = race(w, (phases, signals), &turns, &utilities);
-        Self { gains, eligible, utilities, winner }
+        Self { eligible, utilities, winner }
     }
 }
 

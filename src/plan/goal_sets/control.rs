@@ -20,8 +20,6 @@ pub(super) enum Phase {
     Check,
     /// The winner leads to a visited goal set: it is barred until the goal set changes.
     Veto,
-    /// Forgets the winner.
-    Again,
     /// Finds the slot to go on with, after a dead end.
     Back,
     /// Loads the goal set of that slot.
@@ -43,13 +41,13 @@ pub(super) enum Phase {
 }
 
 use Phase::{
-    Again, Back, Begin, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Veto,
+    Back, Begin, Check, Done, Fetch, Next, Race, Read, Settle, Show, Start, Step, Stuck, Veto,
     Wave, Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 17] = [
-        Start, Wave, Write, Settle, Race, Check, Veto, Again, Back, Read, Begin, Step, Fetch, Show, Next, Done,
+    pub const ALL: [Self; 16] = [
+        Start, Wave, Write, Settle, Race, Check, Veto, Back, Read, Begin, Step, Fetch, Show, Next, Done,
         Stuck,
     ];
 }
@@ -67,11 +65,12 @@ impl Timed for Phase {
         match self {
             Next | Step => 7.0,
             Start => 10.0,
-            Back | Veto | Wave => 12.0,
-            Again | Begin | Settle => 15.0,
+            Veto => 9.0,
+            Back | Wave => 12.0,
+            Begin | Settle => 15.0,
             Write => 18.0,
             Read | Fetch => 26.0,
-            Check => 32.0,
+            Check => 22.0,
             Race | Show | Done | Stuck => 60.0,
         }
     }
@@ -150,8 +149,7 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
     (When::After(Check), Veto, &[Won, Seen], &[], &[Double, Last]),
     (When::After(Check), Write, &[Won], &[], &[Double, Last, Seen]),
-    (When::After(Veto), Again, &[], &[], &[]),
-    (When::After(Again), Race, &[], &[], &[]),
+    (When::After(Veto), Race, &[], &[], &[Won]),
     (When::After(Back), Start, &[], &[], &[Left]),
     (When::After(Back), Start, &[Last], &[], &[]),
     (When::After(Back), Read, &[Left], &[], &[Last]),

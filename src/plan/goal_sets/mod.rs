@@ -76,7 +76,7 @@ pub(crate) use moments::Moments;
 pub use moments::{Moment, Step};
 pub use mutex::Mutexes;
 pub(crate) use plan::check_units;
-pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue};
+pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue, slots};
 pub use rules::{Regressed, Regression};
 pub use search::{Found, costs, search};
 pub use world::{Begun, StripsWorld};

@@ -98,7 +98,6 @@ impl Moments {
             let active = &mut self.active[phase];
             let began = !*active && *activity > ACTIVE;
             *active = began || (*active && *activity >= OVER);
-            if began && std::env::var("MT").is_ok() { eprintln!("ZZ {} {} {:?}", ms, phases.len(), if phases.len()==20 {format!("{:?}",Forward::ALL[phase])} else {format!("{:?}",Phase::ALL[phase])}); }
             if !began {
                 continue;
             }

@@ -27,8 +27,9 @@ const PERIOD_MS: u64 = 10;
 /// Settings of a planner over goal sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GoalSetSpec {
-    /// Goal sets that are remembered. A plan has fewer actions; a search that fills the slots starts again.
-    pub slots: usize,
+    /// Goal sets, and states, that are remembered; if not given, as many as [`slots`] says. A plan has fewer actions; a search
+    /// that fills the slots starts again.
+    pub slots: Option<usize>,
     /// Simulated time after which the run ends.
     pub limit: SimDuration,
     /// Neurons, or the functions that they compute.
@@ -37,21 +38,23 @@ pub struct GoalSetSpec {
     pub ablated: Vec<String>,
     /// The directions of the search.
     pub directions: Directions,
-    /// States that a search forward remembers.
-    pub states: usize,
 }
 
 impl Default for GoalSetSpec {
     fn default() -> Self {
         Self {
-            slots: 48,
+            slots: None,
             limit: SimDuration::from_millis(10_000),
             population: Population::Direct,
             ablated: Vec::new(),
             directions: Directions::Both,
-            states: 600,
         }
     }
+}
+
+/// Returns how many goal sets a search backward remembers in a problem with this many fluents, and how many states one forward.
+pub fn slots(fluents: usize) -> [usize; 2] {
+    [(4 * fluents).clamp(48, 400), (6 * fluents).clamp(64, 600)]
 }
 
 /// Why a planner cannot run.
@@ -115,6 +118,8 @@ pub struct Course {
     pub moments: Vec<Moment>,
     /// Units of the planner.
     pub units: usize,
+    /// The directions in which it searched.
+    pub directions: Directions,
 }
 
 impl Course {
@@ -179,14 +184,15 @@ pub fn pursue(
     seed: Seed,
 ) -> Result<Course, GoalSetError> {
     let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
-    if spec.slots < 2 {
-        return Err(GoalSetError::Slots { slots: spec.slots });
+    if let Some(slots @ ..2) = spec.slots {
+        return Err(GoalSetError::Slots { slots });
     }
-    let units = check_units(fluents, operators, spec.slots).unwrap_or(usize::MAX);
+    let [back, ahead] = spec.slots.map_or_else(|| slots(fluents), |slots| [slots; 2]);
+    let (directions, units) = fitting(problem, spec.directions, [back, ahead])?;
     if problem.operators.is_empty() {
         // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
         let reached = world.reached();
-        return Ok(Course { reached, begun: Vec::new(), ms: 0, moments: Vec::new(), units });
+        return Ok(Course { reached, begun: Vec::new(), ms: 0, moments: Vec::new(), units, directions });
     }
     let rules = Regression::new(problem);
     // A part that never holds excludes itself, and every other part.
@@ -204,9 +210,8 @@ pub fn pursue(
     let mut graph = GraphBuilder::new();
     let progression = Arc::new(Progression::new(problem, &rules));
     let planner = PlannerGraph {
-        backward: (spec.directions != Directions::Forward && units < MAX_UNITS)
-            .then_some((rules, spec.slots)),
-        forward: (spec.directions != Directions::Backward).then_some((progression, spec.states)),
+        backward: (directions != Directions::Forward).then_some((rules, back)),
+        forward: (directions != Directions::Backward).then_some((progression, ahead)),
         ablated: spec.ablated.clone(),
     };
     let planner = graph.add("planner", planner);
@@ -238,7 +243,6 @@ pub fn pursue(
         // A name that is no group is a fault of the graph.
         graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
     }
-    let zz: Vec<_> = std::env::var("ZZ").ok().map_or(Vec::new(), |z| z.split(',').map(|n| (n.to_string(), graph.probe_at::<Vector>(&format!("planner/forward/{n}"), ProbeSpec::default()))).collect());
     let plan = populations(&spec.population)?;
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
     let config = RunConfig::seeded(seed).in_world(world);
@@ -257,10 +261,6 @@ pub fn pursue(
         }
         ms += step;
     }
-    for (n, probe) in &zz {
-        let every: usize = std::env::var("EVERY").ok().map_or(10, |x| x.parse().unwrap());
-        for (i, (_, v)) in sim.samples(probe).iter().enumerate() { if i % every == 0 { eprintln!("ZZ {n} {i} {:?}", v.iter().map(|x| (x * 10.0).round() / 10.0).collect::<Vec<_>>()); } }
-    }
     let world = inside(&sim);
     Ok(Course {
         reached: world.is_some_and(StripsWorld::reached),
@@ -268,7 +268,29 @@ pub fn pursue(
         ms,
         moments: watched.into_iter().flat_map(|(moments, _)| moments.all).collect(),
         units,
+        directions,
     })
+}
+
+/// Returns the directions in which a problem is searched, and about how many units that takes. If both are too many, the
+/// search is forward only, which takes fewer.
+fn fitting(
+    problem: &Grounded,
+    directions: Directions,
+    [back, ahead]: [usize; 2],
+) -> Result<(Directions, usize), GoalSetError> {
+    let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+    let backward = check_units(fluents, operators, back);
+    let forward = Progression::units(problem, ahead);
+    let refused = |units| GoalSetError::TooLarge { fluents, operators, slots: ahead, units };
+    match (directions, backward) {
+        (Directions::Backward, backward) => Ok((directions, backward?)),
+        (Directions::Both, Ok(backward)) if backward + forward <= MAX_UNITS => {
+            Ok((directions, backward + forward))
+        }
+        _ if forward > MAX_UNITS => Err(refused(forward)),
+        _ => Ok((Directions::Forward, forward)),
+    }
 }
 
 /// Returns about how many units a search backward has.

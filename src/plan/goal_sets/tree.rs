@@ -16,7 +16,6 @@ const SLOT_UNITS: usize = 20;
 /// and of the slot before as places in square grids: a row and a column each, since one synapse for each number takes more.
 pub(super) struct Layout {
     fluents: usize,
-    operators: usize,
     pub slots: usize,
     operator_side: usize,
     slot_side: usize,
@@ -25,7 +24,7 @@ pub(super) struct Layout {
 impl Layout {
     pub fn new(fluents: usize, operators: usize, slots: usize) -> Self {
         let side = |count: usize| (count as f64).sqrt().ceil() as usize;
-        Self { fluents, operators, slots, operator_side: side(operators), slot_side: side(slots) }
+        Self { fluents, slots, operator_side: side(operators), slot_side: side(slots) }
     }
 
     /// Returns about how many units the slots take.
@@ -240,6 +239,7 @@ impl Tree {
         let forbid = gated(w, "forbid", winner, phases, &[turns.veto]);
         let tabu = w.latches("tabu", operators);
         w.link(&forbid, &tabu, each(operators, 1.2));
+        w.link(&tabu, winner, each(operators, -4.0));
         w.link(phases, &tabu, turns.freed.iter().flat_map(|p| spread(*p, operators, -5.0)));
         retreat(w, (phases, signals), turns, [&slot, &next, &marks]);
         Self { slot, next, shown, recalled, child, kin, tabu }

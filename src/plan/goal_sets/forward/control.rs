@@ -22,8 +22,6 @@ pub(in crate::plan::goal_sets) enum Phase {
     Check,
     /// The winner leads to a visited state: it is barred until the state changes.
     Veto,
-    /// Forgets the winner.
-    Again,
     /// Finds the slot to go on with, after a dead end.
     Back,
     /// Loads the state of that slot.
@@ -49,13 +47,13 @@ pub(in crate::plan::goal_sets) enum Phase {
 }
 
 use Phase::{
-    Again, Back, Check, Done, Fetch, Look, Mark, Next, Race, Read, Rest, Settle, Show, Start, Step, Stuck,
+    Back, Check, Done, Fetch, Look, Mark, Next, Race, Read, Rest, Settle, Show, Start, Step, Stuck,
     Up, Veto, Wave, Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 20] = [
-        Start, Write, Settle, Look, Wave, Race, Check, Veto, Again, Back, Read, Mark, Rest, Up, Step, Fetch,
+    pub const ALL: [Self; 19] = [
+        Start, Write, Settle, Look, Wave, Race, Check, Veto, Back, Read, Mark, Rest, Up, Step, Fetch,
         Show, Next, Done, Stuck,
     ];
 }
@@ -72,12 +70,13 @@ impl Timed for Phase {
     fn millis(self) -> f64 {
         match self {
             Next | Rest => 9.0,
-            Back | Look | Up | Veto => 12.0,
+            Veto => 9.0,
+            Back | Look | Up => 12.0,
             Start | Wave => 14.0,
-            Again | Settle => 15.0,
+            Settle => 15.0,
             Write | Mark | Step => 18.0,
             Read | Fetch => 26.0,
-            Check => 30.0,
+            Check => 24.0,
             Race | Show | Done | Stuck => 60.0,
         }
     }
@@ -165,8 +164,7 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
     (When::After(Check), Veto, &[Won, Seen], &[], &[Double, Last]),
     (When::After(Check), Write, &[Won], &[], &[Double, Last, Seen]),
-    (When::After(Veto), Again, &[], &[], &[]),
-    (When::After(Again), Race, &[], &[], &[]),
+    (When::After(Veto), Race, &[], &[], &[Won]),
     (When::After(Back), Read, &[Left], &[], &[]),
     (When::After(Back), Start, &[], &[], &[Left]),
     (When::After(Read), Settle, &[], &[], &[]),

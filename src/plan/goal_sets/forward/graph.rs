@@ -21,7 +21,7 @@ const BAR: Real = -16.0;
 /// Time constant with which the race becomes easier to win, in milliseconds.
 const URGENCY_MS: u64 = 60;
 /// Phases in which it does, and the weight of each.
-const URGES: [(Phase, Real); 3] = [(Phase::Settle, 1.7), (Phase::Again, 1.7), (Phase::Race, 3.7)];
+const URGES: [(Phase, Real); 3] = [(Phase::Settle, 1.7), (Phase::Veto, 1.7), (Phase::Race, 3.7)];
 /// Weight of an operator that is favoured by chance, after a search that found no plan; weight with which such a search lets
 /// chance through; standard deviation of the noise behind it, and the time constant of its changes in milliseconds.
 const STIRS: Real = 0.6;
@@ -52,6 +52,14 @@ impl Progression {
         let pairs = goals.iter().flat_map(|a| goals.iter().map(move |b| [*a, *b]));
         let before = pairs.filter(|[a, b]| a != b && first(*a, *b) && !first(*b, *a)).collect();
         Self { fluents: problem.fluents.len(), operators: problem.operators.clone(), before }
+    }
+
+    /// Returns about how many units a search with these slots has.
+    pub(in crate::plan::goal_sets) fn units(problem: &Grounded, slots: usize) -> usize {
+        let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+        let adds: usize = problem.operators.iter().map(|o| o.adds.len()).sum();
+        let rules = fluents.saturating_mul(20) + operators.saturating_mul(12) + 2 * adds;
+        rules.saturating_add(Layout::new(fluents, operators, slots).units())
     }
 
     pub(in crate::plan::goal_sets) fn size(&self) -> (usize, usize) {
@@ -191,7 +199,6 @@ impl Module for ForwardGraph {
             check: Phase::Check as usize,
             clear: &[
                 Phase::Settle as usize,
-                Phase::Again as usize,
                 Phase::Start as usize,
                 Phase::Back as usize,
             ],

@@ -24,7 +24,7 @@ impl Ipc {
     /// Prepares the experiment. Reads the folder, if there is one.
     pub fn new(options: &Options) -> Result<Self, TaskError> {
         Ok(Self {
-            setup: Setup::spiking(SLOTS, LIMIT_MS),
+            setup: Setup::spiking(SLOTS, LIMIT_MS).both(),
             problems: options.problems.as_deref().map_or(Ok(Vec::new()), problems_in)?,
             folder: options.problems.clone(),
         })

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::Options;
 use crate::neurons::{LifSpec, Population};
 use crate::plan::goal_sets::{
-    Begun, Course, GoalSetError, GoalSetSpec, Regression, StripsWorld, pursue, search,
+    Begun, Course, Directions, GoalSetError, GoalSetSpec, Regression, StripsWorld, pursue, search,
 };
 use crate::sim::{Seed, SimDuration};
 use crate::study::experiment::{
@@ -36,7 +36,7 @@ pub(super) use threats::Threats;
 const LOCK_MS: u64 = 100;
 
 /// Revision of all experiments here. It increases with every change of the planner's outcomes.
-const REVISION: u32 = 3;
+const REVISION: u32 = 4;
 
 /// The planner of a trial.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,18 +45,26 @@ struct Setup {
     slots: usize,
     /// Greatest simulated time in milliseconds.
     limit_ms: u64,
+    directions: Directions,
 }
 
 impl Setup {
-    /// A planner of spiking neurons.
+    /// A planner of spiking neurons, which searches backward.
     fn spiking(slots: usize, limit_ms: u64) -> Self {
-        Self { population: Population::Lif(LifSpec::default()), slots, limit_ms }
+        let population = Population::Lif(LifSpec::default());
+        Self { population, slots, limit_ms, directions: Directions::Backward }
+    }
+
+    /// A planner that searches both ways.
+    fn both(self) -> Self {
+        Self { directions: Directions::Both, ..self }
     }
 
     /// Returns the settings that outcomes depend on.
     fn settings(&self) -> Value {
         json!({
             "mode": self.population.to_string(), "slots": self.slots, "limit_ms": self.limit_ms, "motor_lock_ms": LOCK_MS,
+            "directions": format!("{:?}", self.directions).to_lowercase(),
         })
     }
 
@@ -69,11 +77,11 @@ impl Setup {
         seed: Seed,
     ) -> Result<Course, TaskError> {
         let spec = GoalSetSpec {
-            slots: self.slots,
+            slots: Some(self.slots),
+            directions: self.directions,
             limit: SimDuration::from_millis(self.limit_ms),
             population: self.population.clone(),
             ablated: ablated.iter().map(|group| (*group).to_owned()).collect(),
-            ..GoalSetSpec::default()
         };
         pursue(&problem.grounded, world, &spec, seed).map_err(refused)
     }

@@ -19,7 +19,7 @@ pub(crate) struct Tangled(Setup);
 
 impl Tangled {
     pub fn new() -> Self {
-        Self(Setup::spiking(SLOTS, LIMIT_MS))
+        Self(Setup::spiking(SLOTS, LIMIT_MS).both())
     }
 }
 
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn rules_and_functions_solve_short_ones() {
-        let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS) };
+        let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS).both() };
         let experiment = Tangled(setup);
         let cells = experiment.cells();
         let (mut planner, mut rules) = (0.0, 0.0);
