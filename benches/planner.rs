@@ -61,7 +61,7 @@ fn goal_sets(c: &mut Criterion) {
     for (name, problem) in [("kitchen", kitchen), ("breakfast", tea)] {
         for slots in [24, 48] {
             let spec = GoalSetSpec {
-                slots,
+                slots: Some(slots),
                 limit: SimDuration::from_millis(ms),
                 population: Population::Lif(LifSpec::default()),
                 ..GoalSetSpec::default()

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use symbolt::neurons::{LifSpec, Population};
 use symbolt::plan::goal_sets::{
-    GoalSetGraph, GoalSetSpec, Regression, StripsWorld, phase_names, populations, pursue,
+    Directions, GoalSetGraph, GoalSetSpec, Regression, StripsWorld, phase_names, populations,
+    pursue,
 };
 use symbolt::plan::strips::{Bodies, Domain, Grounded, Problem};
 use symbolt::prelude::*;
@@ -80,7 +81,12 @@ fn an_operator_that_costs_much_is_taken_if_no_other_is_left() {
     let problem = grounded(&domain, problem);
     for population in [Population::Direct, Population::Lif(LifSpec::default())] {
         let world = StripsWorld::new(&problem, SimDuration::from_millis(100));
-        let spec = GoalSetSpec { slots: 20, population, ..GoalSetSpec::default() };
+        let spec = GoalSetSpec {
+            slots: Some(20),
+            population,
+            directions: Directions::Backward,
+            ..GoalSetSpec::default()
+        };
         let course = pursue(&problem, world, &spec, Seed::new(1)).expect("a run");
         assert!(course.reached, "{course:?}");
         assert_eq!((course.plan().count(), course.dead_ends(), course.starts()), (steps + 1, 0, 1));

@@ -6,8 +6,8 @@ use std::collections::{BTreeSet, VecDeque};
 
 use symbolt::neurons::{LifSpec, Population};
 use symbolt::plan::goal_sets::{
-    Begun, Course, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression, StripsWorld,
-    costs, populations, pursue, search,
+    Begun, Course, Directions, GoalSetError, GoalSetGraph, GoalSetSpec, Mutexes, Regression,
+    StripsWorld, costs, populations, pursue, search,
 };
 use symbolt::plan::strips::{Bodies, Domain, Fact, Grounded, Problem, validate};
 use symbolt::prelude::*;
@@ -114,15 +114,12 @@ impl Case {
 }
 
 fn spiking() -> GoalSetSpec {
-    GoalSetSpec {
-        population: Population::Lif(LifSpec::default()),
-        slots: 24,
-        ..GoalSetSpec::default()
-    }
+    GoalSetSpec { population: Population::Lif(LifSpec::default()), ..direct() }
 }
 
 fn direct() -> GoalSetSpec {
-    GoalSetSpec { slots: 24, ..GoalSetSpec::default() }
+    let directions = Directions::Backward;
+    GoalSetSpec { slots: Some(24), directions, ..GoalSetSpec::default() }
 }
 
 #[test]
@@ -177,7 +174,7 @@ fn an_unknown_group_cannot_be_ablated() {
     let world = StripsWorld::new(&Case::kitchen(2).grounded, SimDuration::from_millis(100));
     let fault =
         pursue(&Case::kitchen(2).grounded, world, &spec, Seed::new(1)).expect_err("no group");
-    assert!(fault.to_string().contains("planner/vetos/output"), "{fault}");
+    assert!(fault.to_string().contains("planner/backward/vetos/output"), "{fault}");
 }
 
 #[test]
@@ -315,20 +312,31 @@ fn all_nodes_are_neurons_weights_or_sums() {
         }
     }
     // What is left are plain sums: of outputs, or of outputs through a slower synapse. `chance` adds noise to one.
+    // `synapses` are plastic ones, and what they pass on: `recalled`, `missing`, `kin`, `marks`.
     let expected = [
+        "any_count_slot",
+        "any_retreat",
+        "any_shift_slot",
+        "any_slot_before",
+        "any_take_slot",
+        "asked",
         "before",
         "busy",
         "chance",
+        "forgets",
         "goal",
         "holds",
+        "kin",
+        "left_rows",
         "marks",
+        "missing",
         "own",
         "ready",
-        "reasons",
         "recalled",
         "recent",
         "rivals",
         "slow",
+        "synapses",
         "urgency",
         "winner_rows",
     ];
@@ -444,7 +452,7 @@ fn too_large_problems_are_refused_at_once() {
     let case = Case::kitchen(2);
     let refused = |slots| {
         let world = StripsWorld::new(&case.grounded, SimDuration::from_millis(100));
-        pursue(&case.grounded, world, &GoalSetSpec { slots, ..direct() }, Seed::new(1))
+        pursue(&case.grounded, world, &GoalSetSpec { slots: Some(slots), ..direct() }, Seed::new(1))
     };
     assert!(matches!(refused(1), Err(GoalSetError::Slots { slots: 1 })));
     assert!(matches!(refused(usize::MAX), Err(GoalSetError::TooLarge { .. })));
@@ -592,7 +600,7 @@ fn dead_ends_are_left_and_without_the_retreat_they_are_not() {
         let problem = tangled(5, &mut Seed::new(seed).rng()).expect("a domain").grounded;
         let ablated = ablated.iter().map(|name| (*name).to_owned()).collect();
         let limit = SimDuration::from_millis(6_000);
-        let spec = GoalSetSpec { slots: 40, limit, ablated, ..GoalSetSpec::default() };
+        let spec = GoalSetSpec { slots: Some(40), limit, ablated, ..direct() };
         let world = StripsWorld::new(&problem, SimDuration::from_millis(60));
         let course = pursue(&problem, world, &spec, Seed::new(seed)).expect("runs");
         (course.reached, course.dead_ends())
@@ -604,5 +612,35 @@ fn dead_ends_are_left_and_without_the_retreat_they_are_not() {
         // The wrong variant: nothing says where to go on.
         let (reached, backs) = dead_ends(seed, &["retreat"]);
         assert!(!reached && backs >= 1, "{seed}: {reached} {backs}");
+    }
+}
+
+#[test]
+#[ignore]
+fn zz_dead() {
+    for seed in 0..40 {
+        for n in [5usize, 8, 12] {
+            let problem = tangled(n, &mut Seed::new(seed).rng()).expect("a domain").grounded;
+            let mut line = String::new();
+            for (d, ablated) in [
+                (Directions::Backward, vec![]),
+                (Directions::Backward, vec!["retreat".to_string()]),
+                (Directions::Forward, vec![]),
+                (Directions::Both, vec![]),
+            ] {
+                let spec = GoalSetSpec {
+                    slots: None,
+                    limit: SimDuration::from_millis(20_000),
+                    ablated,
+                    directions: d,
+                    ..direct()
+                };
+                let world = StripsWorld::new(&problem, SimDuration::from_millis(60));
+                let c = pursue(&problem, world, &spec, Seed::new(seed)).expect("runs");
+                line +=
+                    &format!(" {} {} {} {}ms |", c.reached, c.dead_ends(), c.plan().count(), c.ms);
+            }
+            println!("ZZ {n} {seed} {line}");
+        }
     }
 }

@@ -97,7 +97,7 @@ fn unreachable(args: &PlanArgs, out: &Place, fault: &str) -> Result<Outcome, Err
 fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
     let default = GoalSetSpec::default();
     Ok(GoalSetSpec {
-        slots: args.slots.unwrap_or(default.slots),
+        slots: args.slots,
         limit: args.limit()?,
         population: args.planner.mode.parse()?,
         ..default

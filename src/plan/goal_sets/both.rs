@@ -24,6 +24,7 @@ pub enum Directions {
 pub struct PlannerGraph {
     pub(super) backward: Option<(Arc<Regression>, usize)>,
     pub(super) forward: Option<(Arc<Progression>, usize)>,
+    /// Paths of groups whose links to others are cut, such as `backward/veto`.
     pub(super) ablated: Vec<String>,
 }
 
@@ -53,13 +54,15 @@ impl Module for PlannerGraph {
         let sizes = backward.as_ref().map(|(rules, _)| (rules.fluents, rules.operators.len()));
         let sizes = sizes.or(forward.as_ref().map(|(rules, _)| rules.size()));
         let (fluents, operators) = sizes.unwrap_or((0, 0));
+        let cut =
+            |search: &'static str| ablated.iter().filter_map(move |path| path.strip_prefix(search));
         let backward = backward.map(|(rules, slots)| {
             let graph = GoalSetGraph::new(rules, slots);
-            scope.add("backward", ablated.iter().fold(graph, |graph, group| graph.ablate(group)))
+            scope.add("backward", cut("backward/").fold(graph, GoalSetGraph::ablate))
         });
         let forward = forward.map(|(rules, slots)| {
             let graph = ForwardGraph::new(rules, slots);
-            scope.add("forward", ablated.iter().fold(graph, |graph, group| graph.ablate(group)))
+            scope.add("forward", cut("forward/").fold(graph, ForwardGraph::ablate))
         });
 
         let w = &mut Wiring { scope, cut: &[] };
@@ -69,8 +72,12 @@ impl Module for PlannerGraph {
         let goal = w.sum("goal", fluents);
         let actions = w.sum("actions", operators);
         let searches = [
-            backward.as_ref().map(|p| ("backward", [&p.ready, &p.busy, &p.holds, &p.goal], &p.actions)),
-            forward.as_ref().map(|p| ("forward", [&p.ready, &p.busy, &p.holds, &p.goal], &p.actions)),
+            backward
+                .as_ref()
+                .map(|p| ("backward", [&p.ready, &p.busy, &p.holds, &p.goal], &p.actions)),
+            forward
+                .as_ref()
+                .map(|p| ("forward", [&p.ready, &p.busy, &p.holds, &p.goal], &p.actions)),
         ];
         // While one search acts, the other is not asked. If both find a plan at once, the one backward acts.
         let asked = searches.each_ref().map(|search| {
@@ -88,7 +95,11 @@ impl Module for PlannerGraph {
         if let ([Some(asked_backward), Some(asked_forward)], Some(b), Some(f)) =
             (&asked, &backward, &forward)
         {
-            let acts = |w: &mut Wiring<'_, '_>, name: &str, phases: &Out<Vector>, acting: &[usize], count| {
+            let acts = |w: &mut Wiring<'_, '_>,
+                        name: &str,
+                        phases: &Out<Vector>,
+                        acting: &[usize],
+                        count| {
                 let phases = w.relay(&format!("{name}_phases"), phases, count);
                 let acts = w.units(&format!("{name}_acts"), 1);
                 w.link(&phases, &acts, acting.iter().map(|phase| (*phase, 0, 1.0)));

@@ -111,11 +111,7 @@ impl Choice {
         let turns = Turns {
             race: Phase::Race as usize,
             check: Phase::Check as usize,
-            clear: &[
-                Phase::Settle as usize,
-                Phase::Start as usize,
-                Phase::Back as usize,
-            ],
+            clear: &[Phase::Settle as usize, Phase::Start as usize, Phase::Back as usize],
             told: [Signal::Won as usize, Signal::Double as usize],
         };
         let winner = race(w, (phases, signals), &turns, &utilities);

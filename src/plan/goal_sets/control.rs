@@ -47,8 +47,8 @@ use Phase::{
 
 impl Phase {
     pub const ALL: [Self; 16] = [
-        Start, Wave, Write, Settle, Race, Check, Veto, Back, Read, Begin, Step, Fetch, Show, Next, Done,
-        Stuck,
+        Start, Wave, Write, Settle, Race, Check, Veto, Back, Read, Begin, Step, Fetch, Show, Next,
+        Done, Stuck,
     ];
 }
 
@@ -110,14 +110,14 @@ pub(super) enum Signal {
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Idle, Last, Left, Nobody, Open, Reached, Seen, Unreached, Unready,
-    Won,
+    Closed, Double, Eligible, First, Idle, Last, Left, Nobody, Open, Reached, Seen, Unreached,
+    Unready, Won,
 };
 
 impl Signal {
     pub const ALL: [Self; 14] = [
-        Open, Unreached, Eligible, Won, Double, Seen, First, Last, Unready, Closed, Nobody, Reached,
-        Idle, Left,
+        Open, Unreached, Eligible, Won, Double, Seen, First, Last, Unready, Closed, Nobody,
+        Reached, Idle, Left,
     ];
 }
 

@@ -1,31 +1,32 @@
-//! A planner made of neurons alone: regression of goal sets over a grounded STRIPS problem.
+//! A planner made of neurons alone: two searches over a grounded STRIPS problem that run at once.
 //!
-//! A goal set is a set of fluents that must hold. The planner begins with the goal. Again and again it takes an operator
-//! that achieves one of the goals and threatens none, and puts its preconditions in place of what it adds, until the goal
-//! set holds. Then it acts, and walks the goal sets back, from what holds to the goal. Which goals an operator achieves and
-//! threatens, and which fluents exclude each other, is compiled into the weights of synapses ([`Regression`]). Everything
-//! else is computed by units: what a fluent costs, which operator is worth most, which goal sets were visited, what
-//! phase comes next, and when to plan anew. Only the senses, the motor and the world have no neurons.
+//! Backward, a goal set is a set of fluents that must hold. The search begins with the goal. Again and again it takes an
+//! operator that achieves one of the goals and threatens none, and puts its preconditions in place of what it adds, until the
+//! goal set holds. Forward ([`ForwardGraph`]), it applies operators of relaxed plans to a state until the goal is in it. The first that finds a plan
+//! acts ([`PlannerGraph`]). Which goals an operator achieves and threatens, and which fluents exclude each other, is compiled into the weights of
+//! synapses ([`Regression`], [`Progression`]). Everything else is computed by units: what a fluent costs, what a relaxed plan has, which operator is
+//! worth most, what was visited, what phase comes next, and when to plan anew. Only the senses, the motor and the world have no neurons.
 //!
 //! | file | contents |
 //! |---|---|
 //! | `mutex`, `rules` | pairs of fluents that exclude each other; what each operator achieves and threatens |
 //! | `wiring` | groups of units, and links between them |
-//! | `control` | phases and signals, and the table of transitions |
+//! | `machine`, `control` | phases and signals, and the table of transitions |
 //! | `costs` | the wave from what holds; how far each fluent is |
-//! | `choice` | relevance, veto, utilities, chance after a search that failed, and the race |
-//! | `memory` | slots for goal sets; which operators lead to visited ones |
-//! | `retreat` | the slot to go on with after a dead end |
-//! | `graph` | all parts as one module |
+//! | `choice`, `race` | relevance, veto, utilities, chance after a search that failed, and the race |
+//! | `synapses`, `tree`, `memory` | plastic synapses; slots for sets, the way back, and the retreat from dead ends |
+//! | `motor` | what a set takes over; the units that show an action |
+//! | `graph` | all parts of the search backward as one module |
+//! | `forward` | the search forward |
+//! | `both` | both searches as one planner |
 //! | `moments` | what the planner did when, read from its phases |
 //! | `world`, `plan` | a world by the rules of the problem; planning and acting in it |
-//! | `search` | the same rules without neurons |
+//! | `search` | the rules of the search backward without neurons |
 //!
-//! The method is that of goal regression with costs from the present state (Bonet and Geffner, "Planning as heuristic
-//! search", 2001). Three things are new here. All visited goal sets veto all operators at once, so no time is lost with
-//! operators that lead back. A goal that hinders the operators for an unmet one is blamed, and operators that achieve it
-//! count more. And what was found stays in slots, not in a sum of bound pointers: sums of fifteen pointers in 512
-//! dimensions read back wrongly in one plan of fifty, latches do not.
+//! The method backward is that of goal regression with costs from the present state (Bonet and Geffner, "Planning as heuristic
+//! search", 2001). A goal that hinders the operators for an unmet one is blamed, and operators that achieve it
+//! count more. What was found stays in slots, not in a sum of bound pointers: sums of fifteen pointers in 512
+//! dimensions read back wrongly in one plan of fifty, synapses of their own do not.
 //!
 //! ```
 //! use symbolt::sim::{Seed, SimDuration};

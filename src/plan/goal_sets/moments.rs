@@ -84,7 +84,13 @@ impl Default for Moments {
 
 impl Moments {
     fn of(watched: &'static Watched, phases: usize) -> Self {
-        Self { watched, active: vec![false; phases], waved: false, searching: true, all: Vec::new() }
+        Self {
+            watched,
+            active: vec![false; phases],
+            waved: false,
+            searching: true,
+            all: Vec::new(),
+        }
     }
 
     /// Returns the steps of forward search.
@@ -111,9 +117,7 @@ impl Moments {
                     None
                 }
                 phase if phase == costs => std::mem::take(&mut self.waved).then_some(Step::Costs),
-                phase if phase == written => {
-                    most.map(|(operator, _)| Step::GoalSet { operator })
-                }
+                phase if phase == written => most.map(|(operator, _)| Step::GoalSet { operator }),
                 phase if phase == dead_end => Some(Step::DeadEnd),
                 // Forward search looks for the next slot after each action.
                 phase if phase == plan && self.searching => Some(Step::Plan),

@@ -34,7 +34,7 @@ pub struct GoalSetSpec {
     pub limit: SimDuration,
     /// Neurons, or the functions that they compute.
     pub population: Population,
-    /// Groups of the planner whose links to others are cut, such as `veto`.
+    /// Groups of the planner whose links to others are cut, such as `veto` or `backward/veto`, and `forward/wanted`.
     pub ablated: Vec<String>,
     /// The directions of the search.
     pub directions: Directions,
@@ -192,7 +192,14 @@ pub fn pursue(
     if problem.operators.is_empty() {
         // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
         let reached = world.reached();
-        return Ok(Course { reached, begun: Vec::new(), ms: 0, moments: Vec::new(), units, directions });
+        return Ok(Course {
+            reached,
+            begun: Vec::new(),
+            ms: 0,
+            moments: Vec::new(),
+            units,
+            directions,
+        });
     }
     let rules = Regression::new(problem);
     // A part that never holds excludes itself, and every other part.
@@ -212,7 +219,7 @@ pub fn pursue(
     let planner = PlannerGraph {
         backward: (directions != Directions::Forward).then_some((rules, back)),
         forward: (directions != Directions::Backward).then_some((progression, ahead)),
-        ablated: spec.ablated.clone(),
+        ablated: spec.ablated.iter().map(|name| within(directions, name)).collect(),
     };
     let planner = graph.add("planner", planner);
     let link = WorldLink::new()
@@ -241,7 +248,8 @@ pub fn pursue(
     }
     for name in &spec.ablated {
         // A name that is no group is a fault of the graph.
-        graph.probe_at::<Vector>(&format!("planner/{name}/output"), ProbeSpec::default());
+        let path = within(directions, name);
+        graph.probe_at::<Vector>(&format!("planner/{path}/output"), ProbeSpec::default());
     }
     let plan = populations(&spec.population)?;
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
@@ -270,6 +278,15 @@ pub fn pursue(
         units,
         directions,
     })
+}
+
+/// Returns the path of a group within the planner: a name alone is one of the search backward, if there is one.
+fn within(directions: Directions, name: &str) -> String {
+    match directions {
+        _ if name.contains('/') => name.to_owned(),
+        Directions::Forward => format!("forward/{name}"),
+        Directions::Backward | Directions::Both => format!("backward/{name}"),
+    }
 }
 
 /// Returns the directions in which a problem is searched, and about how many units that takes. If both are too many, the

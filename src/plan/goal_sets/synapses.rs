@@ -1,8 +1,8 @@
 //! Synapses that keep rows of bits: a table with one row for each slot, written, read and compared at once.
 
 use crate::sim::{
-    AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec, PortDecl, Real, Scope,
-    ScratchSpec, StateSpec, StepCx, Vector,
+    AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, Out, OutputSpec, PortDecl,
+    Real, Scope, ScratchSpec, StateSpec, StepCx, Vector,
 };
 
 /// Activity below which a unit is silent.

@@ -274,7 +274,8 @@ fn retreat(
     let retreat = w.both("retreat", slots);
     let later = (0..slots).flat_map(|k| (k / side + 1..count).map(move |row| (row, k, -1.5)));
     w.link(&rows, &retreat, later);
-    let beside = (0..slots).flat_map(|k| (k + 1..slots.min((k / side + 1) * side)).map(move |j| (j, k, -1.5)));
+    let beside = (0..slots)
+        .flat_map(|k| (k + 1..slots.min((k / side + 1) * side)).map(move |j| (j, k, -1.5)));
     w.link(&left, &retreat, each(slots, 1.0).chain(beside).collect::<Vec<_>>());
     w.link(phases, &retreat, back());
     replace(w, &retreat, next);

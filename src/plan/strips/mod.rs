@@ -6,6 +6,7 @@
 //! | `read`, `problem` | the readers of domains and problems |
 //! | `write` | the printer |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
+//! | `shorten` | [`shorten`](shorten()): takes detours out of a plan |
 //! | `validate` | [`validate`](validate()): carries out a plan and says where it fails |
 //! | `trace` | [`Trajectory`]: states and actions of one run |
 //!
@@ -28,6 +29,7 @@ mod pddl;
 mod problem;
 mod read;
 mod sexpr;
+mod shorten;
 mod trace;
 mod validate;
 mod write;
@@ -38,6 +40,7 @@ pub use pddl::{
 };
 pub use read::{Bodies, MAX_ACTIONS};
 pub use sexpr::PddlFault;
+pub use shorten::shorten;
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
 pub use validate::{PlanFault, validate};
 pub use write::Shown;

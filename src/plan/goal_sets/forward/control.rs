@@ -53,8 +53,8 @@ use Phase::{
 
 impl Phase {
     pub const ALL: [Self; 19] = [
-        Start, Write, Settle, Look, Wave, Race, Check, Veto, Back, Read, Mark, Rest, Up, Step, Fetch,
-        Show, Next, Done, Stuck,
+        Start, Write, Settle, Look, Wave, Race, Check, Veto, Back, Read, Mark, Rest, Up, Step,
+        Fetch, Show, Next, Done, Stuck,
     ];
 }
 
@@ -130,8 +130,8 @@ pub(in crate::plan::goal_sets) enum Signal {
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open, Reached, Seen,
-    Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
+    Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open, Reached,
+    Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
 };
 
 impl Item for Signal {
@@ -143,8 +143,14 @@ impl Item for Signal {
 }
 
 /// Signals that must have lasted, and for how many milliseconds.
-const LASTING: [(Signal, f64); 6] =
-    [(Closed, 7.0), (Solved, 7.0), (Nobody, 25.0), (Reached, 8.0), (Stalled, 25.0), (Unready, 40.0)];
+const LASTING: [(Signal, f64); 6] = [
+    (Closed, 7.0),
+    (Solved, 7.0),
+    (Nobody, 25.0),
+    (Reached, 8.0),
+    (Stalled, 25.0),
+    (Unready, 40.0),
+];
 
 const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::Nothing, Start, &[Idle], &[], &[]),

@@ -45,7 +45,11 @@ pub(super) fn relaxed(
     w.link(&reached, &pending, each(fluents, -1.3));
     let enabled = w.tonic("enabled", operators);
     w.link(&pending, &enabled, rules.needs(-1.3));
-    w.link(phases, &enabled, [look, start].into_iter().flat_map(|p| spread(p, operators, -1.3)).collect::<Vec<_>>());
+    w.link(
+        phases,
+        &enabled,
+        [look, start].into_iter().flat_map(|p| spread(p, operators, -1.3)).collect::<Vec<_>>(),
+    );
     let unreached = w.both("unreached", fluents);
     w.link(goal, &unreached, each(fluents, 1.0));
     w.link(&pending, &unreached, each(fluents, 1.0));
@@ -62,7 +66,11 @@ pub(super) fn relaxed(
     w.link(&supports, &supports, each(count, 2.0 * SUPPORT));
     // A fluent is reached by what supports it, so that there is always one, however many operators come at once.
     w.link(&supports, &reached, numbered().map(|(p, (f, ..))| (p, *f, 1.2)));
-    w.link(phases, &supports, [look, start].into_iter().flat_map(|p| spread(p, count, -8.0)).collect::<Vec<_>>());
+    w.link(
+        phases,
+        &supports,
+        [look, start].into_iter().flat_map(|p| spread(p, count, -8.0)).collect::<Vec<_>>(),
+    );
 
     // What the goals need. A fluent of the state needs nothing.
     let unmet = w.both("unmet", fluents);
@@ -80,7 +88,8 @@ pub(super) fn relaxed(
     w.link(&needed, &via, numbered().map(|(p, (f, ..))| (*f, p, 1.0)));
     let used = w.units("used", operators);
     w.link(&via, &used, numbered().map(|(p, (_, a, _))| (p, *a, 1.2)));
-    let back: Vec<Weight> = rules.needs(1.2).into_iter().map(|(f, a, weight)| (a, f, weight)).collect();
+    let back: Vec<Weight> =
+        rules.needs(1.2).into_iter().map(|(f, a, weight)| (a, f, weight)).collect();
     w.link(&used, &needed, back);
     news(w, "newly_needed", &needed, signals, Signal::Grows);
     Relaxed { absent, wanted, used }

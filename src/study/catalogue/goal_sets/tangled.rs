@@ -58,7 +58,8 @@ mod tests {
 
     #[test]
     fn rules_and_functions_solve_short_ones() {
-        let setup = Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS).both() };
+        let setup =
+            Setup { population: Population::Direct, ..Setup::spiking(SLOTS, LIMIT_MS).both() };
         let experiment = Tangled(setup);
         let cells = experiment.cells();
         let (mut planner, mut rules) = (0.0, 0.0);
