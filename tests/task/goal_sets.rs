@@ -606,41 +606,11 @@ fn dead_ends_are_left_and_without_the_retreat_they_are_not() {
         (course.reached, course.dead_ends())
     };
     // Domains with dead ends on the way.
-    for seed in [3, 11, 24] {
+    for seed in [16, 24, 39] {
         let (reached, backs) = dead_ends(seed, &[]);
         assert!(reached && backs >= 1, "{seed}: {reached} {backs}");
         // The wrong variant: nothing says where to go on.
         let (reached, backs) = dead_ends(seed, &["retreat"]);
         assert!(!reached && backs >= 1, "{seed}: {reached} {backs}");
-    }
-}
-
-#[test]
-#[ignore]
-fn zz_dead() {
-    for seed in 0..40 {
-        for n in [5usize, 8, 12] {
-            let problem = tangled(n, &mut Seed::new(seed).rng()).expect("a domain").grounded;
-            let mut line = String::new();
-            for (d, ablated) in [
-                (Directions::Backward, vec![]),
-                (Directions::Backward, vec!["retreat".to_string()]),
-                (Directions::Forward, vec![]),
-                (Directions::Both, vec![]),
-            ] {
-                let spec = GoalSetSpec {
-                    slots: None,
-                    limit: SimDuration::from_millis(20_000),
-                    ablated,
-                    directions: d,
-                    ..direct()
-                };
-                let world = StripsWorld::new(&problem, SimDuration::from_millis(60));
-                let c = pursue(&problem, world, &spec, Seed::new(seed)).expect("runs");
-                line +=
-                    &format!(" {} {} {} {}ms |", c.reached, c.dead_ends(), c.plan().count(), c.ms);
-            }
-            println!("ZZ {n} {seed} {line}");
-        }
     }
 }

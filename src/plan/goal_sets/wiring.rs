@@ -185,6 +185,9 @@ impl Wiring<'_, '_> {
 ///
 /// The others are held down by the sum of the source, so that the weights are as many as the units.
 pub(super) fn replace(w: &mut Wiring<'_, '_>, from: &Group, to: &Group) {
+    if w.cut.contains(&from.name) {
+        return;
+    }
     let count = from.count;
     let any = w.sum(&format!("any_{}", from.name), 1);
     w.link(from, &any, gather(count, 0, 1.0));
