@@ -133,15 +133,10 @@ impl<'a> Scope<'a> {
         match (head, rest) {
             ("and", _) => Ok(Condition::All(self.all(rest)?)),
             ("or", _) => Ok(Condition::Any(self.all(rest)?)),
-            ("not", [inner]) => Ok(match self.condition(inner)? {
-                Condition::Literal(l) => {
-                    Condition::Literal(Literal { positive: !l.positive, atom: l.atom })
-                }
-                other => Condition::Not(other.into()),
-            }),
+            ("not", [inner]) => Ok(not(self.condition(inner)?)),
             ("imply", [from, to]) => {
                 let from = self.condition(from)?;
-                Ok(Condition::Any(vec![Condition::Not(from.into()), self.condition(to)?]))
+                Ok(Condition::Any(vec![not(from), self.condition(to)?]))
             }
             ("exists" | "forall", [variables, body @ ..]) if !body.is_empty() => {
                 let depth = self.quantify(variables)?;
@@ -463,6 +458,14 @@ impl<'a> Scope<'a> {
         let function = &self.domain.functions[index];
         let arguments = self.terms(tail(node), Some(&function.parameters))?;
         Ok(Atom { predicate: function.name.clone(), arguments })
+    }
+}
+
+/// Returns the opposite of a condition.
+fn not(condition: Condition) -> Condition {
+    match condition {
+        Condition::Literal(l) => Condition::Literal(Literal { positive: !l.positive, ..l }),
+        other => Condition::Not(other.into()),
     }
 }
 

@@ -45,7 +45,7 @@ pub use ground::{Fluent, GroundFault, GroundOperator, Grounded};
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };
-pub use read::{Bodies, MAX_ACTIONS};
+pub use read::{Bodies, MAX_ACTIONS, contents};
 pub use sexpr::PddlFault;
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
 pub use validate::{PlanFault, validate};

@@ -77,6 +77,17 @@ impl Domain {
     }
 }
 
+/// Returns whether a text has a domain, and whether it has a problem, however wrong they are otherwise.
+pub fn contents(bytes: &[u8]) -> [bool; 2] {
+    let nodes = Source { file: "", notes: &Notes::default() }.nodes(bytes).unwrap_or_default();
+    let defines = |what: &str| {
+        nodes.iter().any(|node| {
+            node.head() == Some("define") && tail(node).first().and_then(Node::head) == Some(what)
+        })
+    };
+    ["domain", "problem"].map(defines)
+}
+
 /// Returns the elements of a list after its first.
 pub(super) fn tail(node: &Node) -> &[Node] {
     node.list().and_then(|nodes| nodes.get(1..)).unwrap_or(&[])
@@ -106,6 +117,12 @@ impl Source<'_> {
                         format!("this seems to be JSON and is no {what}")
                     }
                     (_, _, Some(":trajectory")) => format!("a trajectory is no {what}"),
+                    _ if node.list().and_then(|list| list.first()?.head()).is_some_and(|head| {
+                        matches!(head, ":objects" | ":init" | ":state")
+                    }) =>
+                    {
+                        format!("a trajectory is no {what}")
+                    }
                     _ => format!("{} is no {what}", node.shown()),
                 },
             };
@@ -216,8 +233,9 @@ impl Source<'_> {
 
 /// Returns a question about the name that may have been meant; empty if none is near.
 pub(super) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // Thousands of names cost time.
-    let nearest = nearest_name(name, known.take(2_000));
+    // Thousands of names cost time, and every short name is near to every other.
+    let long = name.chars().nth(3).is_some();
+    let nearest = nearest_name(name, known.take(if long { 2_000 } else { 0 }));
     nearest.map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 

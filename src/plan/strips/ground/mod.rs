@@ -262,7 +262,7 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     Ok(assembly.grounded(of_goal, ways, &names))
 }
 
-/// Returns which predicates some condition or the goal names.
+/// Returns which predicates some condition, the goal, or an effect without condition names.
 fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
     let mut matters = vec![false; domain.predicates.len()];
     let mut see = |name: &str, arguments: usize| {
@@ -273,7 +273,7 @@ fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
     let mut literal =
         |l: &Literal, _: bool| see(&l.atom.predicate, l.atom.arguments.len());
     for action in &domain.actions {
-        action.preconditions.iter().for_each(|l| literal(l, false));
+        action.preconditions.iter().chain(&action.effects).for_each(|l| literal(l, false));
         let conditional = action.conditional.iter().map(|effect| &effect.condition);
         action.conditions.iter().chain(conditional).for_each(|c| c.literals(false, &mut literal));
     }
