@@ -130,7 +130,7 @@ fn fluents(grounded: &Grounded, facts: &BTreeSet<Fact>) -> BTreeSet<usize> {
 
 /// Compares the operators in each state with what the actions do there by their meaning. Returns the number of states and
 /// of calls, and the length of the shortest plan.
-fn compare(domain: &Domain, problem: &Problem, most: usize) -> (usize, usize, Option<usize>) {
+pub fn compare(domain: &Domain, problem: &Problem, most: usize) -> (usize, usize, Option<usize>) {
     let meaning = Meaning::new(domain, problem);
     let (shortest, states, whole) = meaning.shortest(most);
     let grounded = match Grounded::new(domain, problem) {
@@ -385,3 +385,5 @@ fn quantifiers_and_alternatives_that_multiply_are_refused_with_their_number() {
     let effects = refused("()", "(forall (?x) (when (q ?x) (t ?x)))");
     assert!(effects.contains("more than 2048 operators of one action: `a` has 1000 effects"), "{effects}");
 }
+#[allow(dead_code)]
+pub fn texts(rng: &mut dyn Rng) -> (String, String) { Draw { rng }.texts() }

@@ -325,3 +325,31 @@ fn a_goal_of_many_facts_is_not_printed_whole() {
     let fault = validate(&domain, &problem, []).unwrap_err().to_string();
     assert_eq!(fault, "after the last step, (at y0 p2), (at y1 p2), (at y2 p2) and 37 more of the goal do not hold");
 }
+
+#[test]
+fn domains_in_the_shapes_of_public_collections_mean_what_they_say() {
+    macro_rules! file {
+        ($name:literal) => {
+            ($name, include_str!(concat!("../fixtures/pddl/", $name, ".pddl")))
+        };
+    }
+    let cases = [
+        (file!("lift"), 5),
+        (file!("suitcase"), 3),
+        (file!("paint_shop"), 3),
+        (file!("forks"), 2),
+        (file!("orders"), 8),
+        (file!("pushing"), 2),
+        (file!("parcels"), 6),
+        (file!("trays"), 3),
+        (file!("patrol_durative"), 5),
+    ];
+    for ((name, text), length) in cases {
+        let (domain, problem) = read(text.as_bytes(), text.as_bytes()).unwrap_or_else(|f| panic!("{name}: {f}"));
+        let (states, calls, shortest) = super::adl::compare(&domain, &problem, 3_000);
+        assert_eq!(shortest, Some(length), "{name}: {states} states, {calls} calls");
+        let again = [domain.to_string(), problem.to_string()];
+        let (same, _) = read(again[0].as_bytes(), again[1].as_bytes()).unwrap();
+        assert_eq!(same.to_string(), again[0], "{name}");
+    }
+}

@@ -158,15 +158,16 @@ impl Display for Action {
             let own = effect.variables.iter().map(|v| v.name.as_str());
             let all: Vec<&str> = names.iter().copied().chain(own).collect();
             f.write_str("\n      ")?;
-            if !effect.variables.is_empty() {
-                write!(f, "(forall ({}) ", TypedList(&effect.variables))?;
+            for variable in &effect.variables {
+                write!(f, "(forall ({}) ", TypedList(std::slice::from_ref(variable)))?;
             }
             write!(f, "(when {} (and", ShownCondition(&effect.condition, &all))?;
             for effect in &effect.effects {
                 f.write_str(" ")?;
                 literal(f, effect, &all)?;
             }
-            f.write_str(if effect.variables.is_empty() { "))" } else { ")))" })?;
+            f.write_str("))")?;
+            effect.variables.iter().try_for_each(|_| f.write_str(")"))?;
         }
         for increase in &self.increases {
             f.write_str("\n      (increase ")?;
