@@ -412,10 +412,13 @@ proptest! {
         }
         if let Ok(domain) = domain {
             let again = Domain::parse(domain.to_string().as_bytes(), "d", Bodies::Read);
-            prop_assert_eq!(again, Ok(domain.clone()));
+            // What is printed is no longer sloppy.
+            let quiet = |domain: Domain| Domain { warnings: Vec::new(), ..domain };
+            prop_assert_eq!(again.map(quiet), Ok(quiet(domain.clone())));
             if let Ok(problem) = Problem::parse(&problem, "p", &domain) {
                 let again = Problem::parse(problem.to_string().as_bytes(), "p", &domain);
-                prop_assert_eq!(again, Ok(problem));
+                let quiet = |problem: Problem| Problem { warnings: Vec::new(), ..problem };
+                prop_assert_eq!(again.map(quiet), Ok(quiet(problem)));
             }
             if let Ok(trajectories) = Trajectory::parse(&trace, "t", &domain) {
                 for rule in [Rule::Safe, Rule::Evidence] {

@@ -163,5 +163,5 @@ fn faults_name_line_and_column() {
         assert!(fault.starts_with(message), "{fault}");
     }
     // What is no UTF-8 is read as Latin-1.
-    assert!(read(b"(a\n b\xff) )", "x").to_string().starts_with("x, line 2, column 5: `)` closes"));
+    assert!(read(b"(a\n b\xff) )", "x").to_string().starts_with("x, line 2, column 6: `)` closes"));
 }

@@ -95,7 +95,9 @@ fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem)
     }) else {
         let file = args.domain.display();
         bail!(BadArgument(match contents(&first) {
-            [true, _] => format!("{file} is a domain in PDDL; name a problem in PDDL behind it"),
+            [true, _] => format!(
+                "{file} is a domain; name a problem in PDDL, or a scene with --scene FILE for a learned domain"
+            ),
             [_, true] => format!("{file} is a problem in PDDL; name its domain before it"),
             _ => "name a problem in PDDL, or a scene with --scene FILE".into(),
         }));
@@ -154,7 +156,8 @@ fn planned_or_not(
     let steps = grounded.steps(course.plan());
     let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
     let cost = problem.metric.is_some().then(|| {
-        course.plan().map(|operator| grounded.operators[operator].cost.value()).sum::<f64>()
+        // Without actions the sum of floats is -0.
+        course.plan().map(|operator| grounded.operators[operator].cost.value()).sum::<f64>() + 0.0
     });
     let answer = Answer { problem: &grounded, course: &course, cost };
     let text = if args.common.json {

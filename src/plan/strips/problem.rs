@@ -1,7 +1,7 @@
 //! Reads problems.
 
 use std::cell::RefCell;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::conditions::{Numbers, Scope, TOTAL_COST, split};
 use super::formula::{Condition, Expression, Number};
@@ -21,6 +21,13 @@ impl Problem {
         let nodes = source.nodes(bytes)?;
         let (name, sections) = source.defined(&nodes, "problem")?;
         let mut problem = Self { name, domain: domain.name.clone(), ..Self::default() };
+        for section in sections.iter().filter(|s| s.head() == Some(":domain")) {
+            if tail(section).first().and_then(Node::word) != Some(&domain.name) {
+                let problem = "the problem belongs to another domain";
+                let expected = format!("(:domain {})", short(&domain.name));
+                return Err(source.fault(section.place, problem, expected));
+            }
+        }
         // The objects are needed to check all other sections.
         let mut objects = domain.constants.clone();
         for section in sections.iter().filter(|s| s.head() == Some(":objects")) {
@@ -47,6 +54,10 @@ impl Problem {
 
     /// Adds the facts of predicates that are the names of types.
     fn add_facts_of_types(&mut self, domain: &Domain) {
+        let known: HashSet<Fact> = match domain.predicates.iter().any(|p| p.of_type) {
+            true => self.init.iter().cloned().collect(),
+            false => return,
+        };
         for predicate in domain.predicates.iter().filter(|p| p.of_type) {
             let kind = std::slice::from_ref(&predicate.name);
             let objects = domain.constants.iter().chain(&self.objects);
@@ -57,7 +68,7 @@ impl Problem {
                     arguments: vec![o.name.clone()],
                 })
                 .collect();
-            self.init.extend(facts);
+            self.init.extend(facts.into_iter().filter(|fact| !known.contains(fact)));
         }
     }
 }
@@ -73,14 +84,6 @@ impl ProblemReader<'_> {
     fn section(&self, section: &Node, problem: &mut Problem) -> Result<(), PddlFault> {
         let source = self.source;
         match section.head() {
-            Some(":domain") => {
-                let named = tail(section).first().and_then(Node::word);
-                if named != Some(&self.domain.name) {
-                    let problem = "the problem belongs to another domain";
-                    let expected = format!("(:domain {})", self.domain.name);
-                    return Err(source.fault(section.place, problem, expected));
-                }
-            }
             Some(":init") => {
                 for node in tail(section) {
                     self.initial(node, problem)?;
@@ -111,7 +114,7 @@ impl ProblemReader<'_> {
                 }
             }
             Some(":metric") => self.metric(section, problem),
-            Some(":objects" | ":requirements") => {}
+            Some(":domain" | ":objects" | ":requirements") => {}
             Some(":length" | ":situation" | ":documentation") => {
                 let what = format!("{} says nothing about the plan and is ignored", section.shown());
                 source.warn(section.place, what);
