@@ -19,7 +19,10 @@ fn a_refused_file_is_one_json_object_and_one_sentence() {
     let swapped = "the first file, move_one.pddl, is a problem and the second, move.pddl, a domain; swap them";
     let cases: [(&[&str], &str); 8] = [
         (&["move_one.pddl", "move.pddl"], swapped),
-        (&["move.pddl"], "move.pddl is a domain; name a problem in PDDL, or a scene with --scene FILE"),
+        (
+            &["move.pddl"],
+            "move.pddl is a domain; name a problem in PDDL, or a scene with --scene FILE",
+        ),
         (&["move_one.pddl"], "move_one.pddl is a problem in PDDL; name its domain before it"),
         (&["../domain_v1.json", "move_one.pddl"], "this seems to be JSON and is no domain"),
         (&["move.pddl", "nowhere.pddl"], "cannot read nowhere.pddl"),

@@ -237,7 +237,9 @@ impl Draw<'_> {
         match self.upto(if depth == 0 { 1 } else { 5 }) {
             0 => format!("(not {})", self.atom(scope, false)),
             1 => self.atom(scope, false),
-            2 => format!("(and {} {})", self.effect(scope, depth - 1), self.effect(scope, depth - 1)),
+            2 => {
+                format!("(and {} {})", self.effect(scope, depth - 1), self.effect(scope, depth - 1))
+            }
             3 => {
                 let scope = [scope, &["?w".to_owned()]].concat();
                 format!("(forall (?w - thing) {})", self.effect(&scope, depth - 1))
@@ -381,9 +383,13 @@ fn quantifiers_and_alternatives_that_multiply_are_refused_with_their_number() {
         "the problem `p` is too large: it has more than 1000000 choices of objects in a condition of the action `a` (1000000000); use fewer objects, or more precise types"
     );
     let ways = refused("(forall (?x) (or (q ?x) (t ?x)))", "");
-    assert!(ways.contains("more than 2048 ways in which one condition of an action can hold"), "{ways}");
+    assert!(
+        ways.contains("more than 2048 ways in which one condition of an action can hold"),
+        "{ways}"
+    );
     let effects = refused("()", "(forall (?x) (when (q ?x) (t ?x)))");
-    assert!(effects.contains("more than 2048 operators of one action: `a` has 1000 effects"), "{effects}");
+    assert!(
+        effects.contains("more than 2048 operators of one action: `a` has 1000 effects"),
+        "{effects}"
+    );
 }
-#[allow(dead_code)]
-pub fn texts(rng: &mut dyn Rng) -> (String, String) { Draw { rng }.texts() }

@@ -232,11 +232,7 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
     };
     assert!(Domain::parse(SMALL.as_bytes(), "d.pddl", Bodies::Read).is_ok());
     let changed: [(&str, &str, &str); 14] = [
-        (
-            "place thing)",
-            "thing - box)",
-            "line 3, column 3: the type `box` is its own supertype",
-        ),
+        ("place thing)", "thing - box)", "line 3, column 3: the type `box` is its own supertype"),
         (
             "home - place",
             "home - house",

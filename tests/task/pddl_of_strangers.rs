@@ -44,7 +44,9 @@ fn warned(read: Read, warning: &str) {
 
 #[test]
 fn adl_is_declared_and_not_used() {
-    for requirement in [":adl", ":disjunctive-preconditions :universal-preconditions", ":fluents", ":time"] {
+    for requirement in
+        [":adl", ":disjunctive-preconditions :universal-preconditions", ":fluents", ":time"]
+    {
         let warnings = moved(changed([":strips :typing", requirement], NONE));
         assert_eq!(warnings.len(), usize::from([":fluents", ":time"].contains(&requirement)));
     }
@@ -55,14 +57,26 @@ fn adl_is_declared_and_not_used() {
 fn nested_empty_and_missing_parts_are_read() {
     moved(changed(["(at ?t ?a) (free ?b)", "(and (at ?t ?a)) (and) () (free ?b)"], NONE));
     moved(changed(["(not (free ?b)))", "(and (not (free ?b)) ()))"], NONE));
-    moved(changed(["(:action move", "(:action rest :precondition () :effect (and)) (:action move"], NONE));
+    moved(changed(
+        ["(:action move", "(:action rest :precondition () :effect (and)) (:action move"],
+        NONE,
+    ));
     warned(
-        changed(["(:action move", "(:action rest :parameters () :precondition :effect (and)) (:action move"], NONE),
+        changed(
+            [
+                "(:action move",
+                "(:action rest :parameters () :precondition :effect (and)) (:action move",
+            ],
+            NONE,
+        ),
         "`:precondition` of `rest` is empty",
     );
     moved(changed(NONE, ["(:init", "(:requirements :adl) (:init"]));
     warned(changed(NONE, ["(:init", "(:length (:serial 3)) (:init"]), "is ignored");
-    warned(changed(NONE, ["(at x p1) (free p2)", "(and (at x p1) (free p2))"]), "the initial state has an `and`");
+    warned(
+        changed(NONE, ["(at x p1) (free p2)", "(and (at x p1) (free p2))"]),
+        "the initial state has an `and`",
+    );
 }
 
 #[test]
@@ -70,17 +84,29 @@ fn a_constant_is_listed_again_as_an_object() {
     let constant = ["(:predicates", "(:constants p1 - place) (:predicates"];
     warned(changed(constant, NONE), "the object `p1` is declared twice");
     // With its supertype, the constant stays what it is.
-    warned(changed(constant, ["p1 p2 - place", "p2 - place p1 - object"]), "the object `p1` is declared twice");
+    warned(
+        changed(constant, ["p1 p2 - place", "p2 - place p1 - object"]),
+        "the object `p1` is declared twice",
+    );
     let fault = changed(constant, ["p1 p2 - place", "p2 - place p1 - thing"]).unwrap_err();
-    assert!(fault.contains("the object `p1` is declared twice; expected one declaration"), "{fault}");
+    assert!(
+        fault.contains("the object `p1` is declared twice; expected one declaration"),
+        "{fault}"
+    );
 }
 
 #[test]
 fn action_costs_are_read_and_counted() {
     let costs = |metric: &str| {
         let domain = DOMAIN
-            .replace("(:predicates", "(:functions (total-cost) - number (way ?a ?b - place)) (:predicates")
-            .replace("(not (free ?b))", "(not (free ?b)) (increase (total-cost) (+ (way ?a ?b) 0.5))");
+            .replace(
+                "(:predicates",
+                "(:functions (total-cost) - number (way ?a ?b - place)) (:predicates",
+            )
+            .replace(
+                "(not (free ?b))",
+                "(not (free ?b)) (increase (total-cost) (+ (way ?a ?b) 0.5))",
+            );
         let problem = PROBLEM
             .replace("(:init", "(:init (= (total-cost) 0) (= (way p1 p2) 7)")
             .replace("(:goal", &format!("{metric} (:goal"));
@@ -98,7 +124,10 @@ fn action_costs_are_read_and_counted() {
     let cost = |change: [&str; 2], metric: &str| {
         changed(change, ["(:goal", &format!("(:metric {metric}) (:goal")])
     };
-    warned(cost(NONE, "maximize (total-cost)"), "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read");
+    warned(
+        cost(NONE, "maximize (total-cost)"),
+        "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read",
+    );
     assert_eq!(moved(cost(NONE, "minimize (total-time)")), [""; 0]);
     let undeclared = ["(not (free ?b))", "(not (free ?b)) (increase (total-cost) 2)"];
     warned(changed(undeclared, NONE), "`total-cost` is not declared in :functions");
@@ -108,10 +137,14 @@ fn action_costs_are_read_and_counted() {
 fn numeric_fluents_other_than_costs_are_refused_where_a_condition_reads_them() {
     let with = |condition: &str, effect: &str| {
         let domain = DOMAIN
-            .replace("(:predicates", "(:functions (fuel ?t - thing) (size ?p - place)) (:predicates")
+            .replace(
+                "(:predicates",
+                "(:functions (fuel ?t - thing) (size ?p - place)) (:predicates",
+            )
             .replace("(at ?t ?a) (free ?b)", &format!("(at ?t ?a) (free ?b) {condition}"))
             .replace("(not (free ?b))", &format!("(not (free ?b)) {effect}"));
-        let problem = PROBLEM.replace("(:init", "(:init (= (fuel x) 9) (= (size p1) 1) (= (size p2) 3)");
+        let problem =
+            PROBLEM.replace("(:init", "(:init (= (fuel x) 9) (= (size p1) 1) (= (size p2) 3)");
         read(domain.as_bytes(), problem.as_bytes())
     };
     let burn = "(decrease (fuel ?t) 1)";
@@ -126,7 +159,8 @@ fn numeric_fluents_other_than_costs_are_refused_where_a_condition_reads_them() {
     let (domain, problem) = with("(< (size ?b) (size ?a))", "").unwrap();
     assert!(matches!(Grounded::new(&domain, &problem), Err(GroundFault::Unreachable { .. })));
     let (domain, _) = with("", burn).unwrap();
-    let goal = Problem::parse(PROBLEM.replace("(at x p2)", "(= (fuel x) 3)").as_bytes(), "p", &domain);
+    let goal =
+        Problem::parse(PROBLEM.replace("(at x p2)", "(= (fuel x) 3)").as_bytes(), "p", &domain);
     assert!(goal.unwrap_err().to_string().contains("numeric fluent `fuel`"));
 }
 
@@ -139,9 +173,18 @@ fn types_are_sloppy() {
         "the type `place` is declared as its own supertype",
     );
     moved(changed(["(:types place thing", "(:types object - object place thing - object"], NONE));
-    warned(changed(["?a ?b - place)", "?a ?b -place)"], NONE), "a space is missing after `-` in `-place`");
-    warned(changed(["?a ?b - place)", "?a ?b- place)"], NONE), "a space is missing before `-` in `?b-`");
-    warned(changed(["?a ?b - place)", "?a?b - place)"], NONE), "a space is missing before `?` in `?a?b`");
+    warned(
+        changed(["?a ?b - place)", "?a ?b -place)"], NONE),
+        "a space is missing after `-` in `-place`",
+    );
+    warned(
+        changed(["?a ?b - place)", "?a ?b- place)"], NONE),
+        "a space is missing before `-` in `?b-`",
+    );
+    warned(
+        changed(["?a ?b - place)", "?a?b - place)"], NONE),
+        "a space is missing before `?` in `?a?b`",
+    );
     warned(changed(["(at ?t ?a)", "(at?t ?a)"], NONE), "a space is missing before `?` in `at?t`");
     warned(
         changed(["?a ?b - place)", "?a ?b)"], NONE),
@@ -150,7 +193,10 @@ fn types_are_sloppy() {
     let fault = changed(["(at ?t ?a)", "(at ?a ?t)"], NONE).unwrap_err();
     assert!(fault.contains("`?a` is of type place; expected thing"), "{fault}");
     let fault = changed(["?a ?b - place)", "?a ?b - plase)"], NONE).unwrap_err();
-    assert!(fault.contains("has the unknown type `plase` (did you mean `place`?); expected one of"), "{fault}");
+    assert!(
+        fault.contains("has the unknown type `plase` (did you mean `place`?); expected one of"),
+        "{fault}"
+    );
 }
 
 #[test]
@@ -159,12 +205,18 @@ fn types_are_used_as_predicates() {
     warned(changed(in_condition, NONE), "the type `place` is used as a predicate");
     let (domain, problem) = changed(["(free ?b))", "(free ?b) (tool ?t))"], NONE).unwrap();
     assert!(Grounded::new(&domain, &problem).is_err(), "x is no tool");
-    warned(changed(NONE, ["(:init", "(:init (thing x)"]), "the type `thing` is used as a predicate");
+    warned(
+        changed(NONE, ["(:init", "(:init (thing x)"]),
+        "the type `thing` is used as a predicate",
+    );
 }
 
 #[test]
 fn predicates_are_declared_twice_and_by_arity() {
-    warned(changed(["(free ?p - place)", "(free ?p - place) (free ?q - place)"], NONE), "the predicate `free` is declared twice");
+    warned(
+        changed(["(free ?p - place)", "(free ?p - place) (free ?q - place)"], NONE),
+        "the predicate `free` is declared twice",
+    );
     warned(
         changed(["(free ?p - place)", "(free ?p - place) (at ?t - thing)"], NONE),
         "the predicate `at` is declared with several numbers of arguments",
@@ -182,7 +234,12 @@ fn predicates_are_declared_twice_and_by_arity() {
         "the parameter `?p` is declared twice",
     );
     let fault = changed(["(free ?b)", "(freee ?b)"], NONE).unwrap_err();
-    assert!(fault.contains("`(freee ...)` is no predicate; expected one of: at, free, seen (did you mean `free`?)"), "{fault}");
+    assert!(
+        fault.contains(
+            "`(freee ...)` is no predicate; expected one of: at, free, seen (did you mean `free`?)"
+        ),
+        "{fault}"
+    );
 }
 
 #[test]
@@ -194,11 +251,13 @@ fn names_in_another_case_and_other_alphabets_are_the_same() {
 
 #[test]
 fn comments_and_names_in_latin_1_are_read() {
-    let latin = |text: &str| text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect::<Vec<u8>>();
+    let latin =
+        |text: &str| text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect::<Vec<u8>>();
     let domain = latin(&format!("; für alle\n{}", DOMAIN.replace("free", "frei-ä")));
     let problem = latin(&PROBLEM.replace("free", "FREI-Ä"));
     warned(read(&domain, &problem), "a byte is no character of UTF-8; the text is read as Latin-1");
-    let wide: Vec<u8> = [0xfeff].into_iter().chain(DOMAIN.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let wide: Vec<u8> =
+        [0xfeff].into_iter().chain(DOMAIN.encode_utf16()).flat_map(u16::to_le_bytes).collect();
     warned(read(&wide, PROBLEM.as_bytes()), "the text is UTF-16, not UTF-8");
 }
 
@@ -241,7 +300,10 @@ fn quantifiers_alternatives_and_effects_under_conditions_are_read() {
         NONE,
     ));
     moved(changed(
-        ["(:action move", "(:derived (busy ?p - place) (exists (?t - thing) (at ?t ?p))) (:action move"],
+        [
+            "(:action move",
+            "(:derived (busy ?p - place) (exists (?t - thing) (at ?t ?p))) (:action move",
+        ],
         ["(at x p2)", "(and (busy p2) (not (busy p1)))"],
     ));
 }
@@ -250,9 +312,16 @@ fn quantifiers_alternatives_and_effects_under_conditions_are_read() {
 fn a_derived_predicate_that_needs_itself_is_refused() {
     let rules = "(:derived (above ?a ?b - place) (or (free ?a) (below ?b ?a))) (:derived (below ?a ?b - place) (above ?b ?a)) (:action move";
     let fault = changed(["(:action move", rules], NONE).unwrap_err();
-    assert!(fault.contains("is derived by way of itself; expected derived predicates without recursion"), "{fault}");
+    assert!(
+        fault
+            .contains("is derived by way of itself; expected derived predicates without recursion"),
+        "{fault}"
+    );
     let rule = "(:derived (free ?p - place) (not (seen x))) (:action move";
-    let fault = changed(["(:action move", &rule.replace("(seen x)", "(exists (?t - thing) (seen ?t))")], NONE);
+    let fault = changed(
+        ["(:action move", &rule.replace("(seen x)", "(exists (?t - thing) (seen ?t))")],
+        NONE,
+    );
     assert!(fault.unwrap_err().contains("an action changes the derived predicate `free`"));
 }
 
@@ -267,7 +336,8 @@ fn durative_actions_are_read_as_instant_ones() {
     assert_eq!(lost(&domain), 1, "{:?}", domain.warnings);
     let domain = Domain::parse(text.as_bytes(), "d", Bodies::Instant).unwrap();
     assert_eq!(lost(&domain), 0);
-    let problem = "(define (problem p) (:domain rooms) (:objects kitchen hall - room r2 - robot apple - food)
+    let problem =
+        "(define (problem p) (:domain rooms) (:objects kitchen hall - room r2 - robot apple - food)
         (:init (robot_at r2 hall) (connected hall kitchen) (charged r2) (item_at apple kitchen))
         (:goal (and (item_held r2 apple) (robot_at r2 kitchen))))";
     let problem = Problem::parse(problem.as_bytes(), "p", &domain).unwrap();
@@ -277,7 +347,8 @@ fn durative_actions_are_read_as_instant_ones() {
     let grounded = Grounded::new(&domain, &problem).unwrap();
     let there = grounded.operators.iter().find(|o| o.name == "(move r2 hall kitchen)").unwrap();
     // (moving r2) holds during the action alone.
-    let shown: Vec<String> = there.preconditions.iter().map(|f| grounded.fluents[*f].to_string()).collect();
+    let shown: Vec<String> =
+        there.preconditions.iter().map(|f| grounded.fluents[*f].to_string()).collect();
     assert_eq!(shown, ["(robot_at r2 hall)"]);
     assert_eq!(there.cost.value(), 5.0);
 }
@@ -305,7 +376,10 @@ fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
     }
     for (change, words) in [
         (["(:init", "(:init (at 5 (free p1))"], "a timed initial literal"),
-        (["(:goal", "(:constraints (always (free p1))) (:goal"], "constraints on the states along a plan"),
+        (
+            ["(:goal", "(:constraints (always (free p1))) (:goal"],
+            "constraints on the states along a plan",
+        ),
         (["(at x p2)", "(sometime (at x p2))"], "`(sometime ...)` is a preference or a constraint"),
         (["(:init", "(:init (oneof (free p1) (at x p1))"], "makes the initial state uncertain"),
     ] {
@@ -323,7 +397,10 @@ fn a_goal_of_many_facts_is_not_printed_whole() {
         .replace("(at x p2)", &format!("(and {goal})"));
     let (domain, problem) = read(DOMAIN.as_bytes(), problem.as_bytes()).unwrap();
     let fault = validate(&domain, &problem, []).unwrap_err().to_string();
-    assert_eq!(fault, "after the last step, (at y0 p2), (at y1 p2), (at y2 p2) and 37 more of the goal do not hold");
+    assert_eq!(
+        fault,
+        "after the last step, (at y0 p2), (at y1 p2), (at y2 p2) and 37 more of the goal do not hold"
+    );
 }
 
 #[test]
@@ -345,7 +422,8 @@ fn domains_in_the_shapes_of_public_collections_mean_what_they_say() {
         (file!("patrol_durative"), 5),
     ];
     for ((name, text), length) in cases {
-        let (domain, problem) = read(text.as_bytes(), text.as_bytes()).unwrap_or_else(|f| panic!("{name}: {f}"));
+        let (domain, problem) =
+            read(text.as_bytes(), text.as_bytes()).unwrap_or_else(|f| panic!("{name}: {f}"));
         let (states, calls, shortest) = super::adl::compare(&domain, &problem, 3_000);
         assert_eq!(shortest, Some(length), "{name}: {states} states, {calls} calls");
         let again = [domain.to_string(), problem.to_string()];

@@ -7,9 +7,7 @@ use anyhow::{Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::plan::goal_sets::{Begun, Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
-use symbolt::plan::strips::{
-    Bodies, Domain, GroundFault, Grounded, Problem, contents, validate,
-};
+use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, contents, validate};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::task::classify::Classifier;
 use symbolt::task::planner::PlannerKind;
@@ -90,9 +88,9 @@ fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem)
         }
         None => None,
     };
-    let Some((file, second)) = second.or_else(|| {
-        (contents(&first) == [true, true]).then(|| (&args.domain, first.clone()))
-    }) else {
+    let Some((file, second)) = second
+        .or_else(|| (contents(&first) == [true, true]).then(|| (&args.domain, first.clone())))
+    else {
         let file = args.domain.display();
         bail!(BadArgument(match contents(&first) {
             [true, _] => format!(
@@ -116,11 +114,7 @@ fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem)
     Ok((domain, problem))
 }
 
-fn planned_or_not(
-    args: &PlanArgs,
-    out: &Place,
-    warnings: &mut Vec<String>,
-) -> Result<End, Error> {
+fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> Result<End, Error> {
     check(args)?;
     let spec = spec(args)?;
     let progress = Progress::new(&args.common);

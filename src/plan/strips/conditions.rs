@@ -52,7 +52,10 @@ impl Numbers {
                 return Err(source.numeric(*place, name));
             }
             if name != TOTAL_COST {
-                let what = format!("changes of the number `{}` decide nothing and are ignored", short(name));
+                let what = format!(
+                    "changes of the number `{}` decide nothing and are ignored",
+                    short(name)
+                );
                 source.warn(*place, what);
             }
         }
@@ -112,7 +115,16 @@ impl<'a> Scope<'a> {
         numbers: &'a RefCell<Numbers>,
         kinds: &'a mut BTreeSet<String>,
     ) -> Self {
-        Self { source, domain, objects, variables: Vec::new(), duration: None, numbers, kinds, copied: 0 }
+        Self {
+            source,
+            domain,
+            objects,
+            variables: Vec::new(),
+            duration: None,
+            numbers,
+            kinds,
+            copied: 0,
+        }
     }
 
     /// Reads the precondition of an action.
@@ -188,7 +200,11 @@ impl<'a> Scope<'a> {
     /// Adds the variables of a quantifier. Returns how many there were before.
     fn quantify(&mut self, node: &Node) -> Result<usize, PddlFault> {
         let Some(nodes) = node.list() else {
-            return Err(self.source.unexpected(node, "list of variables", "(?VARIABLE - TYPE ...)"));
+            return Err(self.source.unexpected(
+                node,
+                "list of variables",
+                "(?VARIABLE - TYPE ...)",
+            ));
         };
         let variables = self.source.variables(nodes, &self.domain.types, false)?;
         let depth = self.variables.len();
@@ -211,7 +227,8 @@ impl<'a> Scope<'a> {
             }
             None
         } else if kind && domain.types.contains(name) {
-            self.source.warn(node.place, format!("the type `{}` is used as a predicate", short(name)));
+            self.source
+                .warn(node.place, format!("the type `{}` is used as a predicate", short(name)));
             self.kinds.insert(name.to_owned());
             None
         } else {
@@ -293,9 +310,10 @@ impl<'a> Scope<'a> {
                 let expected = "(when CONDITION EFFECT) or (forall (?VARIABLE - TYPE ...) EFFECT)";
                 Err(self.source.unexpected(node, "complete effect", expected))
             }
-            ("increase" | "decrease" | "assign" | "scale-up" | "scale-down", [function, amount])
-                if !known =>
-            {
+            (
+                "increase" | "decrease" | "assign" | "scale-up" | "scale-down",
+                [function, amount],
+            ) if !known => {
                 let alone = under.conditions.is_empty() && self.variables.len() == under.own;
                 self.change(node, [function, amount], alone, action)
             }
@@ -303,7 +321,11 @@ impl<'a> Scope<'a> {
                 let problem = format!(
                     "`({head} ...)` makes the effect uncertain, and this planner needs effects that are certain"
                 );
-                Err(self.source.fault(node.place, problem, "(PREDICATE ...) or (not (PREDICATE ...))"))
+                Err(self.source.fault(
+                    node.place,
+                    problem,
+                    "(PREDICATE ...) or (not (PREDICATE ...))",
+                ))
             }
             _ => self.literal_effect(node, under, action),
         }
@@ -340,7 +362,8 @@ impl<'a> Scope<'a> {
             condition.literals(false, &mut |_, _| self.copied += 1);
         }
         if self.copied > MAX_COPIED {
-            let problem = format!("the conditional effects of `{}` are too large", short(&action.name));
+            let problem =
+                format!("the conditional effects of `{}` are too large", short(&action.name));
             let expected = format!("at most {MAX_COPIED} literals in their conditions");
             return Err(self.source.fault(node.place, problem, expected));
         }
@@ -375,7 +398,9 @@ impl<'a> Scope<'a> {
         self.numbers.borrow_mut().changed.push((node.place, atom.predicate.clone()));
         if head != "increase" || !alone {
             if cost {
-                let what = format!("`({head} ...)` of the cost under a condition, or other than by `increase`, is not counted");
+                let what = format!(
+                    "`({head} ...)` of the cost under a condition, or other than by `increase`, is not counted"
+                );
                 self.source.warn(node.place, what);
             }
             return Ok(());

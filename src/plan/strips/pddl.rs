@@ -103,7 +103,8 @@ impl Types {
             let one_of = |types: &[String]| types.iter().any(|above| self.is_a(below, above));
             one_of(kinds) && one_of(wanted)
         };
-        kinds.iter().chain(wanted).any(|kind| both(kind)) || self.above.keys().any(|kind| both(kind))
+        kinds.iter().chain(wanted).any(|kind| both(kind))
+            || self.above.keys().any(|kind| both(kind))
     }
 }
 

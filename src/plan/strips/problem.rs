@@ -95,10 +95,10 @@ impl ProblemReader<'_> {
                     return Err(source.fault(section.place, problem, "(:goal (and ...))"));
                 };
                 let (numbers, mut kinds) = (RefCell::new(Numbers::default()), BTreeSet::new());
-                let mut scope =
-                    Scope::new(source, self.domain, self.types, &numbers, &mut kinds);
+                let mut scope = Scope::new(source, self.domain, self.types, &numbers, &mut kinds);
                 let condition = scope.condition(node)?;
-                if let Some(kind) = kinds.iter().find(|kind| self.domain.predicate(kind).is_none()) {
+                if let Some(kind) = kinds.iter().find(|kind| self.domain.predicate(kind).is_none())
+                {
                     let problem = format!("`{}` is a type and no predicate", short(kind));
                     return Err(source.fault(node.place, problem, "a predicate of the domain"));
                 }
@@ -116,7 +116,8 @@ impl ProblemReader<'_> {
             Some(":metric") => self.metric(section, problem),
             Some(":domain" | ":objects" | ":requirements") => {}
             Some(":length" | ":situation" | ":documentation") => {
-                let what = format!("{} says nothing about the plan and is ignored", section.shown());
+                let what =
+                    format!("{} says nothing about the plan and is ignored", section.shown());
                 source.warn(section.place, what);
             }
             Some(":constraints") => {
@@ -124,7 +125,8 @@ impl ProblemReader<'_> {
                 return Err(source.fault(section.place, problem, "a goal alone"));
             }
             Some(":htn") => {
-                let problem = "`(:htn ...)` needs hierarchical tasks, which this planner does not have";
+                let problem =
+                    "`(:htn ...)` needs hierarchical tasks, which this planner does not have";
                 return Err(source.fault(section.place, problem, "a goal"));
             }
             _ => {
@@ -153,19 +155,25 @@ impl ProblemReader<'_> {
                 return self.value(function, value, problem);
             }
             (Some("at"), [time, inner])
-                if inner.list().is_some() && time.word().is_some_and(|t| t.parse::<f64>().is_ok()) =>
+                if inner.list().is_some()
+                    && time.word().is_some_and(|t| t.parse::<f64>().is_ok()) =>
             {
                 let problem = "a fact that becomes true at a certain time (a timed initial literal) needs time, which this planner does not have";
                 return Err(source.fault(node.place, problem, "facts that hold at first"));
             }
-            (Some(uncertain @ ("oneof" | "unknown" | "or" | "probabilistic")), _) if !known(uncertain) => {
-                let problem = format!("`({uncertain} ...)` makes the initial state uncertain, and this planner needs one that is certain");
+            (Some(uncertain @ ("oneof" | "unknown" | "or" | "probabilistic")), _)
+                if !known(uncertain) =>
+            {
+                let problem = format!(
+                    "`({uncertain} ...)` makes the initial state uncertain, and this planner needs one that is certain"
+                );
                 return Err(source.fault(node.place, problem, "facts that hold at first"));
             }
             (Some(kind), [object])
                 if !known(kind) && self.domain.types.contains(kind) && object.word().is_some() =>
             {
-                source.warn(node.place, format!("the type `{}` is used as a predicate", short(kind)));
+                source
+                    .warn(node.place, format!("the type `{}` is used as a predicate", short(kind)));
                 return Ok(());
             }
             _ => {}
@@ -208,7 +216,8 @@ impl ProblemReader<'_> {
             // Nothing that is read of the domain names it.
             None if self.domain.functions.is_empty() => {}
             None => {
-                let what = format!("the domain has no function `{}`; its values are ignored", short(name));
+                let what =
+                    format!("the domain has no function `{}`; its values are ignored", short(name));
                 self.source.warn(function.place, what);
             }
         }
@@ -304,7 +313,10 @@ impl Source<'_> {
             return Err(self.mistyped(node, kinds, wanted));
         }
         let (kinds, wanted) = (kinds.join(" or "), wanted.join(" or "));
-        self.warn(node.place, format!("{} is of type {kinds} where {wanted} is expected", node.shown()));
+        self.warn(
+            node.place,
+            format!("{} is of type {kinds} where {wanted} is expected", node.shown()),
+        );
         Ok(())
     }
 }

@@ -70,8 +70,8 @@ impl Domain {
         let source = Source { file, notes: &notes };
         let nodes = source.nodes(bytes)?;
         let (name, sections) = source.defined(&nodes, "domain")?;
-        let mut domain =
-            DomainReader { source, bodies, domain: Self { name, ..Self::default() } }.read(sections)?;
+        let mut domain = DomainReader { source, bodies, domain: Self { name, ..Self::default() } }
+            .read(sections)?;
         domain.warnings = notes.into_warnings();
         Ok(domain)
     }
@@ -117,9 +117,10 @@ impl Source<'_> {
                         format!("this seems to be JSON and is no {what}")
                     }
                     (_, _, Some(":trajectory")) => format!("a trajectory is no {what}"),
-                    _ if node.list().and_then(|list| list.first()?.head()).is_some_and(|head| {
-                        matches!(head, ":objects" | ":init" | ":state")
-                    }) =>
+                    _ if node
+                        .list()
+                        .and_then(|list| list.first()?.head())
+                        .is_some_and(|head| matches!(head, ":objects" | ":init" | ":state")) =>
                     {
                         format!("a trajectory is no {what}")
                     }
@@ -160,8 +161,11 @@ impl Source<'_> {
                 let known: Vec<&str> = types.declared().iter().map(|t| t.name.as_str()).collect();
                 let meant = meant(unknown, known.iter().copied());
                 let known = format!("one of: {OBJECT}, {}", known.join(", "));
-                let problem =
-                    format!("`{}` has the unknown type `{}`{meant}", short(&typed.name), short(unknown));
+                let problem = format!(
+                    "`{}` has the unknown type `{}`{meant}",
+                    short(&typed.name),
+                    short(unknown)
+                );
                 return Err(self.fault(*node, problem, known.trim_end_matches(", ")));
             }
         }
@@ -181,16 +185,23 @@ impl Source<'_> {
         while let Some(node) = nodes.next() {
             let word = self.word(node, "name")?;
             let mut name = |name: &str| {
-                read.push((node.place, Typed { name: name.to_owned(), types: vec![OBJECT.into()] }));
+                read.push((
+                    node.place,
+                    Typed { name: name.to_owned(), types: vec![OBJECT.into()] },
+                ));
             };
             let next = nodes.peek().and_then(|next| next.word().or_else(|| next.head()));
-            let types: Vec<String> = if let Some(kind) = word.strip_prefix('-').filter(|k| *k != "") {
+            let types: Vec<String> = if let Some(kind) = word.strip_prefix('-').filter(|k| *k != "")
+            {
                 self.warn(node.place, format!("a space is missing after `-` in `{}`", short(word)));
                 vec![kind.to_owned()]
             } else if let Some(before) = word.strip_suffix('-').filter(|b| *b != "")
                 && next.is_some_and(|next| next == "either" || is_type(next))
             {
-                self.warn(node.place, format!("a space is missing before `-` in `{}`", short(word)));
+                self.warn(
+                    node.place,
+                    format!("a space is missing before `-` in `{}`", short(word)),
+                );
                 name(before);
                 self.kinds(nodes.next(), node)?
             } else if word == "-" {
@@ -286,9 +297,9 @@ impl DomainReader<'_> {
             }
             self.order_derived(sections)?;
         }
-        let actions = sections.iter().filter(|s| {
-            s.head() == Some(":action") || s.head() == Some(":durative-action")
-        });
+        let actions = sections
+            .iter()
+            .filter(|s| s.head() == Some(":action") || s.head() == Some(":durative-action"));
         for section in actions {
             let action = self.action(section, &constants, &numbers, &mut kinds)?;
             self.domain.actions.push(action);
@@ -307,7 +318,8 @@ impl DomainReader<'_> {
         let why = match (section.head(), self.bodies) {
             (Some(":axiom" | ":constraints"), Bodies::Skip) => return Ok(()),
             (Some(":length" | ":documentation" | ":addl"), _) => {
-                let what = format!("{} says nothing about the actions and is ignored", section.shown());
+                let what =
+                    format!("{} says nothing about the actions and is ignored", section.shown());
                 self.source.warn(section.place, what);
                 return Ok(());
             }
@@ -330,7 +342,10 @@ impl DomainReader<'_> {
         for node in tail(section) {
             let word = self.source.word(node, "requirement")?;
             if self.bodies != Bodies::Skip && !REQUIREMENTS.contains(&word) {
-                let what = format!("the requirement `{}` is ignored; what is used of it is refused", short(word));
+                let what = format!(
+                    "the requirement `{}` is ignored; what is used of it is refused",
+                    short(word)
+                );
                 self.source.warn(node.place, what);
             }
             self.domain.requirements.push(word.to_owned());
@@ -347,7 +362,8 @@ impl DomainReader<'_> {
             place = section.place;
             for (place, typed) in self.source.untyped(tail(section), |_| false)? {
                 if typed.types.contains(&typed.name) {
-                    let what = format!("the type `{}` is declared as its own supertype", typed.name);
+                    let what =
+                        format!("the type `{}` is declared as its own supertype", typed.name);
                     self.source.warn(place, what);
                 }
                 declared.push(typed);
@@ -363,10 +379,15 @@ impl DomainReader<'_> {
     fn constants(&mut self, section: &Node) -> Result<(), PddlFault> {
         if tail(section).len() > MAX_CONSTANTS {
             let problem = format!("{} has {} entries", section.shown(), tail(section).len());
-            return Err(self.source.fault(section.place, problem, format!("at most {MAX_CONSTANTS}")));
+            return Err(self.source.fault(
+                section.place,
+                problem,
+                format!("at most {MAX_CONSTANTS}"),
+            ));
         }
         if section.head() == Some(":objects") {
-            self.source.warn(section.place, "the domain has `:objects`; they are read as constants");
+            self.source
+                .warn(section.place, "the domain has `:objects`; they are read as constants");
         }
         let constants = self.source.typed(tail(section), &self.domain.types)?;
         self.source.declare(&mut self.domain.constants, constants, &self.domain.types)
@@ -390,14 +411,19 @@ impl DomainReader<'_> {
         if let Some(known) = self.domain.predicate_of(name, parameters.len()) {
             self.source.warn(place, format!("the predicate `{}` is declared twice", short(name)));
             // An argument may be of the types of both declarations.
-            for (known, other) in self.domain.predicates[known].parameters.iter_mut().zip(parameters) {
+            for (known, other) in
+                self.domain.predicates[known].parameters.iter_mut().zip(parameters)
+            {
                 let new = other.types.into_iter().filter(|t| !known.types.contains(t));
                 known.types.extend(new.collect::<Vec<_>>());
             }
             return;
         }
         if self.domain.predicate(name).is_some() {
-            let what = format!("the predicate `{}` is declared with several numbers of arguments", short(name));
+            let what = format!(
+                "the predicate `{}` is declared with several numbers of arguments",
+                short(name)
+            );
             self.source.warn(place, what);
         }
         let name = name.to_owned();
@@ -418,7 +444,8 @@ impl DomainReader<'_> {
                 return Err(self.source.unexpected(node, "declaration of a function", expected));
             };
             if self.domain.functions.iter().any(|f| f.name == name) {
-                self.source.warn(node.place, format!("the function `{}` is declared twice", short(name)));
+                self.source
+                    .warn(node.place, format!("the function `{}` is declared twice", short(name)));
                 continue;
             }
             let (name, parameters) = (name.to_owned(), self.parameters(tail(node), true)?);
@@ -446,11 +473,12 @@ impl DomainReader<'_> {
             let expected = "(:derived (NAME ?PARAMETER - TYPE ...) CONDITION)";
             return Err(self.source.unexpected(section, "rule for a derived predicate", expected));
         };
-        let Some(name) = head.head() else {
+        let Some(name) = head.head().filter(|name| *name != EQUAL) else {
             return Err(self.source.unexpected(head, "predicate", "(NAME ?PARAMETER - TYPE ...)"));
         };
         if self.domain.predicate_of(name, count_variables(tail(head))).is_none() {
-            let what = format!("the derived predicate `{}` is not declared in :predicates", short(name));
+            let what =
+                format!("the derived predicate `{}` is not declared in :predicates", short(name));
             self.source.warn(head.place, what);
             let parameters = self.parameters(tail(head), false)?;
             self.predicate(head.place, name, parameters);
@@ -476,15 +504,24 @@ impl DomainReader<'_> {
             };
             let Some(next) = needs.iter().find(ready).map(|(name, _)| name.clone()) else {
                 // Each rule that is left waits for another or for itself.
-                let left: Vec<String> = needs.keys().filter(|n| !order.contains(n)).map(|(n, _)| n.clone()).collect();
+                let left: Vec<String> =
+                    needs.keys().filter(|n| !order.contains(n)).map(|(n, _)| n.clone()).collect();
                 let mut rules = sections.iter().filter(|s| s.head() == Some(":derived"));
                 let place = rules.find(|s| {
-                    tail(s).first().and_then(Node::head).is_some_and(|n| left.iter().any(|l| l == n))
+                    tail(s)
+                        .first()
+                        .and_then(Node::head)
+                        .is_some_and(|n| left.iter().any(|l| l == n))
                 });
                 let place = place.map_or(Place { line: 1, column: 1 }, |rule| rule.place);
-                let names: Vec<String> = left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
+                let names: Vec<String> =
+                    left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
                 let problem = format!("{} is derived by way of itself", names.join(" or "));
-                return Err(self.source.fault(place, problem, "derived predicates without recursion"));
+                return Err(self.source.fault(
+                    place,
+                    problem,
+                    "derived predicates without recursion",
+                ));
             };
             order.push(next);
         }
@@ -507,7 +544,9 @@ impl DomainReader<'_> {
         let durative = section.head() == Some(":durative-action");
         let expected = match durative {
             false => "(:action NAME :parameters (...) :precondition (...) :effect (...))",
-            true => "(:durative-action NAME :parameters (...) :duration (...) :condition (...) :effect (...))",
+            true => {
+                "(:durative-action NAME :parameters (...) :duration (...) :condition (...) :effect (...))"
+            }
         };
         let Some(name) = tail(section).first().and_then(Node::word) else {
             return Err(self.source.unexpected(section, "action", expected));
@@ -529,9 +568,13 @@ impl DomainReader<'_> {
                 return Err(self.source.fault(key.place, problem, "each part once"));
             }
             let empty = |next: &&&Node| next.word().is_some_and(|word| word.starts_with(':'));
-            let known = matches!(key.word(), Some(":parameters" | ":precondition" | ":condition" | ":effect"));
+            let known = matches!(
+                key.word(),
+                Some(":parameters" | ":precondition" | ":condition" | ":effect")
+            );
             if known && parts.peek().is_none_or(|next| empty(&next)) {
-                self.source.warn(key.place, format!("{} of `{}` is empty", key.shown(), short(name)));
+                self.source
+                    .warn(key.place, format!("{} of `{}` is empty", key.shown(), short(name)));
                 continue;
             }
             let Some(value) = parts.next() else {
@@ -579,7 +622,11 @@ fn count_variables(nodes: &[Node]) -> usize {
 /// Reads a rule for a derived predicate.
 fn derived(mut scope: Scope<'_>, section: &Node) -> Result<Derived, PddlFault> {
     let [head, body] = tail(section) else {
-        return Err(scope.source.unexpected(section, "rule for a derived predicate", "(:derived HEAD CONDITION)"));
+        return Err(scope.source.unexpected(
+            section,
+            "rule for a derived predicate",
+            "(:derived HEAD CONDITION)",
+        ));
     };
     let predicate = head.head().unwrap_or_default().to_owned();
     let mut parameters = scope.source.variables(tail(head), &scope.domain.types, false)?;
@@ -632,7 +679,10 @@ impl Source<'_> {
                 if !declared {
                     return Err(self.twice(*place, "parameter", &typed.name, "another name"));
                 }
-                self.warn(*place, format!("the parameter `{}` is declared twice", short(&typed.name)));
+                self.warn(
+                    *place,
+                    format!("the parameter `{}` is declared twice", short(&typed.name)),
+                );
             }
         }
         Ok(read.into_iter().map(|(_, typed)| typed).collect())
@@ -657,7 +707,12 @@ impl Source<'_> {
             if types.fits(&object.types, &known.types) {
                 known.types = object.types;
             } else if !types.fits(&known.types, &object.types) {
-                return Err(self.twice(place, "object", &object.name, "one declaration of each object"));
+                return Err(self.twice(
+                    place,
+                    "object",
+                    &object.name,
+                    "one declaration of each object",
+                ));
             }
             self.warn(place, format!("the object `{}` is declared twice", short(&object.name)));
         }
@@ -702,7 +757,9 @@ impl Source<'_> {
         known: impl Iterator<Item = (&'d str, usize)> + Clone,
     ) -> Result<usize, PddlFault> {
         let (name, given) = (node.head().unwrap_or_default(), tail(node).len());
-        if let Some(index) = known.clone().position(|(known, count)| known == name && count == given) {
+        if let Some(index) =
+            known.clone().position(|(known, count)| known == name && count == given)
+        {
             return Ok(index);
         }
         let counts: Vec<String> =

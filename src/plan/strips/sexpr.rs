@@ -168,7 +168,10 @@ impl Source<'_> {
             self.warn(start, "the text is UTF-16, not UTF-8");
             let units = rest.as_chunks::<2>().0.iter().map(|pair| number(*pair));
             let read = char::decode_utf16(units);
-            return read.map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect::<String>().into();
+            return read
+                .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+                .collect::<String>()
+                .into();
         }
         match std::str::from_utf8(bytes) {
             Ok(text) => Cow::Borrowed(text),

@@ -39,7 +39,9 @@ impl<'a> World<'a> {
     /// Returns the fact of an atom whose parameters are `bound`.
     pub fn fact(atom: &Atom, bound: &[&str]) -> Fact {
         let word = |term: &Term| match term {
-            Term::Parameter(position) => bound.get(*position).copied().unwrap_or_default().to_owned(),
+            Term::Parameter(position) => {
+                bound.get(*position).copied().unwrap_or_default().to_owned()
+            }
             Term::Constant(name) => name.clone(),
         };
         let arguments = atom.arguments.iter().map(word).collect();
@@ -94,8 +96,7 @@ impl<'a> World<'a> {
         match condition {
             Condition::Literal(literal) => self.literal(literal, bound, state),
             Condition::Compare(comparison, left, right) => {
-                let value =
-                    |atom: &Atom| self.numbers.get(&Self::fact(atom, bound)).copied();
+                let value = |atom: &Atom| self.numbers.get(&Self::fact(atom, bound)).copied();
                 let sides = left.value(&value).zip(right.value(&value));
                 sides.is_some_and(|(left, right)| comparison.holds(left, right))
             }

@@ -92,8 +92,11 @@ impl Display for ShownCondition<'_> {
             }
             Condition::Exists(variables, inner) | Condition::Forall(variables, inner) => {
                 let exists = matches!(shown, Condition::Exists(..));
-                let all: Vec<&str> =
-                    names.iter().copied().chain(variables.iter().map(|v| v.name.as_str())).collect();
+                let all: Vec<&str> = names
+                    .iter()
+                    .copied()
+                    .chain(variables.iter().map(|v| v.name.as_str()))
+                    .collect();
                 let word = if exists { "exists" } else { "forall" };
                 write!(f, "({word} ({}) {})", TypedList(variables), ShownCondition(inner, &all))
             }

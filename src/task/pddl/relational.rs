@@ -162,8 +162,11 @@ impl<'p> Text<'p> {
                 parameters.push(typed("?reference", kind));
             }
             for name in &text.places[s] {
-                text.predicates
-                    .push(Predicate { name: name.clone(), parameters: parameters.clone(), of_type: false });
+                text.predicates.push(Predicate {
+                    name: name.clone(),
+                    parameters: parameters.clone(),
+                    of_type: false,
+                });
             }
         }
         text
@@ -228,7 +231,11 @@ impl<'p> Text<'p> {
         let plain = |name: &String| Predicate { name: name.clone(), ..Predicate::default() };
         self.predicates.extend(counters.iter().map(plain));
         let any = Typed { name: "?object".into(), types: vec![OBJECT.into()] };
-        self.predicates.push(Predicate { name: done.clone(), parameters: vec![any], of_type: false });
+        self.predicates.push(Predicate {
+            name: done.clone(),
+            parameters: vec![any],
+            of_type: false,
+        });
         let mut actions = Vec::new();
         for pair in counters.windows(2) {
             for facts in &term.candidates {

@@ -72,6 +72,24 @@ impl Formula {
     }
 }
 
+impl Formula {
+    /// Collects the slots that are named.
+    fn slots(&self, used: &mut HashSet<usize>) {
+        let mut see = |argument: &Argument| {
+            if let Argument::Slot(slot) = argument {
+                used.insert(*slot);
+            }
+        };
+        match self {
+            Self::Fact(atom, _) => atom.arguments.iter().for_each(see),
+            Self::Same(left, right, _) => [left, right].into_iter().for_each(&mut see),
+            Self::Compare(_, _, slots) => used.extend(slots),
+            Self::All(parts) | Self::Any(parts) => parts.iter().for_each(|part| part.slots(used)),
+            Self::Each { inner, .. } => inner.slots(used),
+        }
+    }
+}
+
 /// Objects that fit some types.
 pub(super) struct Fitting {
     pub list: Vec<u32>,
@@ -261,6 +279,13 @@ impl<'b, 'a> Lower<'b, 'a> {
                 let inner = Box::new(self.condition(inner, positive));
                 self.scope.truncate(depth);
                 let all = matches!(condition, Condition::Forall(..)) == positive;
+                if slots.iter().any(|slot| self.fitting[*slot].list.is_empty()) {
+                    return if all { Formula::All(Vec::new()) } else { Formula::Any(Vec::new()) };
+                }
+                let mut used = HashSet::new();
+                inner.slots(&mut used);
+                // A variable that nothing names says nothing.
+                let slots = slots.into_iter().filter(|slot| used.contains(slot)).collect();
                 Formula::Each { all, slots, inner }
             }
         }

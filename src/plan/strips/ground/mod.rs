@@ -128,7 +128,6 @@ impl GroundOperator {
         self.name.is_empty()
     }
 
-
     /// Carries the operator out in a state, a set of positions of fluents. Whether its preconditions hold is not looked at.
     pub fn apply(&self, state: &mut BTreeSet<usize>) {
         for fluent in &self.deletes {
@@ -258,7 +257,8 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
             return Ok(Err(fault));
         }
     }
-    let mut assembly = Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
+    let mut assembly =
+        Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
     Ok(assembly.grounded(of_goal, ways, &names))
 }
 
@@ -270,8 +270,7 @@ fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
             matters[place] = true;
         }
     };
-    let mut literal =
-        |l: &Literal, _: bool| see(&l.atom.predicate, l.atom.arguments.len());
+    let mut literal = |l: &Literal, _: bool| see(&l.atom.predicate, l.atom.arguments.len());
     for action in &domain.actions {
         action.preconditions.iter().chain(&action.effects).for_each(|l| literal(l, false));
         let conditional = action.conditional.iter().map(|effect| &effect.condition);
@@ -295,9 +294,9 @@ fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) ->
             && function.arguments.len() == metric.arguments.len()
             && function.arguments.iter().zip(&metric.arguments).all(|(term, name)| match term {
                 super::Term::Constant(own) => own == name,
-                super::Term::Parameter(at) => {
-                    slots.get(*at).is_some_and(|slot| base.objects[objects[*slot] as usize].name == *name)
-                }
+                super::Term::Parameter(at) => slots
+                    .get(*at)
+                    .is_some_and(|slot| base.objects[objects[*slot] as usize].name == *name),
             })
     };
     let amounts = schema.increases.iter().filter(own);

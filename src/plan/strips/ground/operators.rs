@@ -3,9 +3,9 @@
 use std::collections::{HashMap, VecDeque};
 
 use super::GroundOperator;
+use super::TooLarge;
 use super::reach::{Call, Schema};
 use super::ways::{Code, Known, Way, absorb, join, within};
-use super::TooLarge;
 use crate::plan::strips::formula::Number;
 
 /// Greatest number of operators of one action with its objects.
@@ -30,14 +30,15 @@ impl Known<'_, '_> {
         }
         for call in calls {
             let schema = &schemas[call.schema];
-            let deleted = |effects: &[(super::lower::Atom, bool)], bound: &[u32], always: &mut Vec<bool>| {
-                for (atom, _) in effects.iter().filter(|(_, positive)| !positive) {
-                    let number = atom.ground(bound).and_then(|fact| self.facts.get(&fact));
-                    if let Some(number) = number {
-                        always[*number as usize] = false;
+            let deleted =
+                |effects: &[(super::lower::Atom, bool)], bound: &[u32], always: &mut Vec<bool>| {
+                    for (atom, _) in effects.iter().filter(|(_, positive)| !positive) {
+                        let number = atom.ground(bound).and_then(|fact| self.facts.get(&fact));
+                        if let Some(number) = number {
+                            always[*number as usize] = false;
+                        }
                     }
-                }
-            };
+                };
             deleted(&schema.effects, &call.objects, &mut always);
             let mut bound = call.objects.to_vec();
             for effect in &schema.conditional {
@@ -93,7 +94,8 @@ pub(super) fn of_call(
     let needs = known.product(parts)?;
     let mut effects = known.codes(&schema.effects, &bound);
     let groups = groups(known, schema, &mut bound, &mut effects)?;
-    let mut open: Vec<(Way, Vec<Code>)> = needs.into_iter().map(|way| (way, effects.clone())).collect();
+    let mut open: Vec<(Way, Vec<Code>)> =
+        needs.into_iter().map(|way| (way, effects.clone())).collect();
     for group in &groups {
         let mut next = Vec::new();
         for (way, effects) in open {

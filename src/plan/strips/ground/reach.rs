@@ -69,6 +69,16 @@ impl Variant {
                     let split = all.into_iter().flat_map(|variant| variant.split(part, base));
                     all = split.collect();
                 }
+                for variant in &mut all {
+                    let mut seen: Vec<Atom> = Vec::new();
+                    if variant.needs.len() < MAX_SPLIT {
+                        variant.needs.retain(|need| {
+                            let fresh = !seen.contains(need);
+                            seen.push(need.clone());
+                            fresh
+                        });
+                    }
+                }
                 let mut full = false;
                 for part in rest {
                     if let (false, [_]) = (full, all.as_slice()) {
@@ -108,7 +118,11 @@ impl Variant {
 
 impl Schema {
     /// Lowers an action. `matters` says which predicates some condition names.
-    pub fn new(action: &Action, mut lower: Lower<'_, '_>, matters: &[bool]) -> Result<Self, TooLarge> {
+    pub fn new(
+        action: &Action,
+        mut lower: Lower<'_, '_>,
+        matters: &[bool],
+    ) -> Result<Self, TooLarge> {
         let base = lower.base;
         let mut parts: Vec<Formula> =
             action.preconditions.iter().map(|literal| lower.literal(literal, true)).collect();
@@ -129,7 +143,9 @@ impl Schema {
             })],
         };
         for check in variants.iter().flat_map(|variant| &variant.checks) {
-            check_choices(&lower, check, || format!("a condition of the action `{}`", action.name))?;
+            check_choices(&lower, check, || {
+                format!("a condition of the action `{}`", action.name)
+            })?;
         }
         let effect = |lower: &Lower<'_, '_>, effect: &Literal| {
             lower.atom(&effect.atom).map(|atom| (atom, effect.positive))
@@ -368,7 +384,7 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
 
     /// Finds the calls that agree with the objects so far and whose open needs are all reached.
     fn extend(&self, join: &mut Join<'_>) -> Result<(), TooLarge> {
-        self.known.step()?;
+        self.known.steps(1 + join.variant.needs.len() / 4)?;
         let checks = &join.variant.checks;
         if checks.iter().any(|check| self.known.judge(check, &join.bound) == Some(false)) {
             return Ok(());
@@ -449,10 +465,16 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         let mut bound = call.objects.to_vec();
         for effect in &schema.conditional {
             let possible = (&effect.holds, false);
-            self.known.each(&effect.slots, &schema.fitting, possible, &mut bound, &mut |bound| {
-                adds(&effect.effects, bound, &mut reached);
-                Ok(())
-            })?;
+            self.known.each(
+                &effect.slots,
+                &schema.fitting,
+                possible,
+                &mut bound,
+                &mut |bound| {
+                    adds(&effect.effects, bound, &mut reached);
+                    Ok(())
+                },
+            )?;
         }
         reached.into_iter().for_each(|fact| self.insert(fact));
         Ok(())

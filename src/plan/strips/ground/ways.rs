@@ -106,7 +106,7 @@ impl<'b, 'a> Known<'b, 'a> {
         self.steps(1)
     }
 
-    fn steps(&self, steps: usize) -> Result<(), TooLarge> {
+    pub fn steps(&self, steps: usize) -> Result<(), TooLarge> {
         self.tried.set(self.tried.get() + steps);
         if self.tried.get() > MAX_TRIED { Err(TooLarge::new(BINDINGS, MAX_TRIED)) } else { Ok(()) }
     }
@@ -204,7 +204,8 @@ impl<'b, 'a> Known<'b, 'a> {
         fitting: &[Rc<Fitting>],
         bound: &mut Vec<u32>,
     ) -> Result<Vec<Way>, TooLarge> {
-        self.step()?;
+        // It takes longer than a step of a join.
+        self.steps(8)?;
         match formula {
             Formula::Fact(atom, holds) => self.fact_ways(atom, *holds, bound),
             Formula::Same(..) | Formula::Compare(..) => Ok(match self.judge(formula, bound) {
@@ -309,7 +310,10 @@ impl<'b, 'a> Known<'b, 'a> {
         self.steps(ways.len())?;
         absorb(&mut ways);
         if ways.len() > MAX_WAYS {
-            return Err(TooLarge::new("ways in which one condition of an action can hold", MAX_WAYS));
+            return Err(TooLarge::new(
+                "ways in which one condition of an action can hold",
+                MAX_WAYS,
+            ));
         }
         Ok(ways)
     }
