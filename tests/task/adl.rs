@@ -225,7 +225,7 @@ impl Draw<'_> {
             kind => {
                 // A name may hide another.
                 let name = if self.upto(3) == 0 { "?x".into() } else { format!("?v{depth}") };
-                let scope = [scope, &[name.clone()]].concat();
+                let scope = [scope, std::slice::from_ref(&name)].concat();
                 let word = if kind == 5 { "exists" } else { "forall" };
                 let of = if self.upto(1) == 0 { "thing" } else { "object" };
                 format!("({word} ({name} - {of}) {})", inner(self, &scope))

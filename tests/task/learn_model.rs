@@ -300,10 +300,6 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
 fn faults_of_problems_and_trajectories_name_the_place() {
     let domain = Domain::parse(SMALL.as_bytes(), "d.pddl", Bodies::Read).expect("sound");
     let problems = [
-        (
-            "(define (problem p) (:domain big))",
-            "the problem belongs to another domain; expected (:domain small)",
-        ),
         ("(define (problem p) (:objects a - box a - car))", "the object `a` is declared twice"),
         ("(define (problem p) (:objects a - box) (:init (at a b)))", "`b` is no object"),
         (

@@ -270,6 +270,17 @@ fn a_domain_with_thousands_of_constants_is_read_at_once() {
 }
 
 #[test]
+fn a_problem_names_another_domain_and_objects_are_numbers() {
+    let other = ["(:domain shelf)", "(:domain shelfs)"];
+    warned(changed(NONE, other), "the problem names another domain than `shelf`");
+    // Equality of objects whose names are numbers is no comparison of numbers.
+    let (condition, more) = ("(at ?t ?a)", "(at ?t ?a) (not (= ?a 2)) (not (= 2 ?a))");
+    let domain = DOMAIN.replacen(condition, more, 1);
+    let domain = domain.replace("(:predicates", "(:constants 2 - place) (:predicates");
+    moved(read(domain.as_bytes(), PROBLEM.as_bytes()));
+}
+
+#[test]
 fn domain_and_problem_are_in_one_file_or_swapped() {
     let both = format!("{DOMAIN}\n{PROBLEM}");
     assert_eq!(moved(read(both.as_bytes(), both.as_bytes())), [""; 0]);

@@ -7,8 +7,8 @@ use std::rc::Rc;
 use super::formula::{
     Comparison, Condition, ConditionalEffect, Expression, Function, Increase, Number, Operation,
 };
+use super::lists::{meant, tail};
 use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
-use super::read::{meant, tail};
 use super::sexpr::{Node, PddlFault, Place, Source, short};
 
 /// Conditions on trajectories, which PDDL 3 has.
@@ -172,7 +172,7 @@ impl<'a> Scope<'a> {
                 };
                 Err(self.source.unexpected(node, "complete condition", expected))
             }
-            (EQUAL, [left, right]) if !(name(left) && name(right)) => {
+            (EQUAL, [left, right]) if !(self.is_object(left) && self.is_object(right)) => {
                 self.compare(Comparison::Equal, left, right)
             }
             ("<", [left, right]) => self.compare(Comparison::Less, left, right),
@@ -191,6 +191,12 @@ impl<'a> Scope<'a> {
             }
             _ => Ok(Condition::Literal(self.atom(node, true)?)),
         }
+    }
+
+    /// Returns whether a node names an object or a variable, and no number.
+    fn is_object(&self, node: &Node) -> bool {
+        let named = |word: &str| self.objects.contains_key(word) || word.parse::<f64>().is_err();
+        node.word().is_some_and(|word| named(word) && word != "?duration")
     }
 
     fn all(&mut self, nodes: &[Node]) -> Result<Vec<Condition>, PddlFault> {
@@ -492,11 +498,6 @@ fn not(condition: Condition) -> Condition {
         Condition::Literal(l) => Condition::Literal(Literal { positive: !l.positive, ..l }),
         other => Condition::Not(other.into()),
     }
-}
-
-/// Returns whether a node names an object or a variable, and no number.
-fn name(node: &Node) -> bool {
-    node.word().is_some_and(|word| word.parse::<f64>().is_err() && word != "?duration")
 }
 
 /// Splits a conjunction into its literals and other conditions.

@@ -4,8 +4,8 @@
 //! it true. Where the effects at the end concern the same atoms as those at the start, they count.
 
 use super::conditions::Scope;
+use super::lists::tail;
 use super::pddl::Action;
-use super::read::tail;
 use super::sexpr::{Content, Node, PddlFault};
 
 /// When a part of a durative action is.

@@ -3,7 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `pddl`, `formula` | [`Domain`], [`Problem`], literals of actions; other conditions, effects and numbers |
-//! | `read`, `conditions`, `durative`, `problem` | the readers of domains and problems |
+//! | `lists`, `read`, `conditions`, `durative`, `problem` | the readers of domains and problems |
 //! | `write` | the printer |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
 //! | `truth` | whether conditions hold in a state, by their meaning |
@@ -28,6 +28,7 @@ mod conditions;
 mod durative;
 mod formula;
 mod ground;
+mod lists;
 mod pddl;
 mod problem;
 mod read;
@@ -42,10 +43,11 @@ pub use formula::{
     Operation,
 };
 pub use ground::{Fluent, GroundFault, GroundOperator, Grounded};
+pub use lists::contents;
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };
-pub use read::{Bodies, MAX_ACTIONS, contents};
+pub use read::{Bodies, MAX_ACTIONS};
 pub use sexpr::PddlFault;
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};
 pub use validate::{PlanFault, validate};

@@ -5,8 +5,8 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::conditions::{Numbers, Scope, TOTAL_COST, split};
 use super::formula::{Condition, Expression, Number};
+use super::lists::{meant, tail};
 use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Types};
-use super::read::{meant, tail};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
 
 impl Problem {
@@ -23,9 +23,9 @@ impl Problem {
         let mut problem = Self { name, domain: domain.name.clone(), ..Self::default() };
         for section in sections.iter().filter(|s| s.head() == Some(":domain")) {
             if tail(section).first().and_then(Node::word) != Some(&domain.name) {
-                let problem = "the problem belongs to another domain";
-                let expected = format!("(:domain {})", short(&domain.name));
-                return Err(source.fault(section.place, problem, expected));
+                let what =
+                    format!("the problem names another domain than `{}`", short(&domain.name));
+                source.warn(section.place, what);
             }
         }
         // The objects are needed to check all other sections.

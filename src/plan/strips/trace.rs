@@ -13,8 +13,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::lists::tail;
 use super::pddl::{Domain, EQUAL};
-use super::read::tail;
 use super::sexpr::{Node, Notes, PddlFault, Place, Source};
 
 /// A predicate applied to objects of a trajectory.

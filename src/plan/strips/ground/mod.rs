@@ -159,10 +159,12 @@ impl Grounded {
     /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators, or where a condition has too many choices of objects or
     /// alternatives; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
     pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
-        let compiled = compile(domain, problem).map_err(|TooLarge { what, most }| {
-            GroundFault::TooLarge { problem: problem.name.clone(), what, most }
-        })?;
-        compiled
+        match compile(domain, problem) {
+            Ok(grounded) => grounded,
+            Err(TooLarge { what, most }) => {
+                Err(GroundFault::TooLarge { problem: problem.name.clone(), what, most })
+            }
+        }
     }
 
     /// Returns whether all fluents of a set hold in a state.

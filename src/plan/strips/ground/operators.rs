@@ -176,7 +176,7 @@ fn groups(
 /// it is met. Returns which codes their effects reach.
 pub(super) fn with_negation(operators: &mut Vec<Compiled>, holds_first: &[bool]) -> Vec<bool> {
     let mut reached = vec![false; 2 * holds_first.len()];
-    let met = |code: Code| holds_first[(code / 2) as usize] == (code % 2 == 0);
+    let met = |code: Code| holds_first[(code / 2) as usize] == code.is_multiple_of(2);
     let mut waiting: HashMap<Code, Vec<usize>> = HashMap::new();
     let mut unmet = vec![0; operators.len()];
     let mut open = VecDeque::new();

@@ -27,6 +27,9 @@ pub(super) struct Rule {
     pub lacks: Formula,
 }
 
+/// The ways in which derived facts hold, or do not.
+type DerivedWays = HashMap<(Ground, bool), Rc<Vec<Way>>>;
+
 /// What is known of the facts.
 pub(super) struct Known<'b, 'a> {
     pub base: &'b Base<'a>,
@@ -39,7 +42,7 @@ pub(super) struct Known<'b, 'a> {
     /// Rules by predicate.
     pub rules: HashMap<u32, Vec<Rule>>,
     pub tried: Cell<usize>,
-    derived: RefCell<HashMap<(Ground, bool), Rc<Vec<Way>>>>,
+    derived: RefCell<DerivedWays>,
 }
 
 /// Joins two ways; `None` if they contradict each other.
