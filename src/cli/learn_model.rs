@@ -45,6 +45,7 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(&args.common);
     let bytes = read_file(&args.domain, Limit::PDDL)?;
     let domain = Domain::parse(&bytes, &args.domain.display().to_string(), Bodies::Skip)?;
+    domain.warnings.iter().for_each(|warning| warn(warning));
     let mut trajectories = Vec::new();
     for path in &args.trajectories {
         progress.say(format!("reading {}", path.display()));

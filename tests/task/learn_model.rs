@@ -231,17 +231,8 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
         fault.to_string()
     };
     assert!(Domain::parse(SMALL.as_bytes(), "d.pddl", Bodies::Read).is_ok());
-    let changed: [(&str, &str, &str); 17] = [
-        (
-            ":equality",
-            ":fluents",
-            "d.pddl, line 2, column 34: the requirement `:fluents` is not supported; expected one of: :strips",
-        ),
-        (
-            "box car - thing",
-            "box car - box",
-            "line 3, column 3: the type `box` is its own supertype",
-        ),
+    let changed: [(&str, &str, &str); 14] = [
+        ("place thing)", "thing - box)", "line 3, column 3: the type `box` is its own supertype"),
         (
             "home - place",
             "home - house",
@@ -251,11 +242,6 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
             " (not (= ?a ?b)))",
             " (not (= ?a ?b))",
             "line 1, column 1: this list is not closed; expected `)`",
-        ),
-        (
-            "(free))\n",
-            "(free) (free))\n",
-            "line 5, column 50: the predicate `free` is declared twice",
         ),
         (
             "?a ?b - place",
@@ -284,13 +270,12 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
             "`?c` is no parameter or constant; expected one of: ?x, ?a, ?b, home",
         ),
         ("(at ?x ?b) (not", "(= ?x ?b) (not", "`(= ...)` is no predicate"),
-        ("(at ?x ?b) (not", "(when (free) (at ?x ?b)) (not", "`(when ...)` is no predicate"),
         (":effect", ":effects", "`:effects` is no part of an action; expected (:action NAME"),
         (":effect", ":precondition", "has a second `:precondition`; expected each part once"),
         (
             "(:constants",
-            "(:functions",
-            "`(:functions ...)` is no section of a domain; expected :requirements",
+            "(:constant",
+            "`(:constant ...)` is no section of a domain; expected :requirements",
         ),
         ("domain small", "problem small", "is no domain; expected (define (domain NAME) ...)"),
     ];
@@ -315,10 +300,6 @@ fn faults_of_a_domain_name_line_column_and_what_was_expected() {
 fn faults_of_problems_and_trajectories_name_the_place() {
     let domain = Domain::parse(SMALL.as_bytes(), "d.pddl", Bodies::Read).expect("sound");
     let problems = [
-        (
-            "(define (problem p) (:domain big))",
-            "the problem belongs to another domain; expected (:domain small)",
-        ),
         ("(define (problem p) (:objects a - box a - car))", "the object `a` is declared twice"),
         ("(define (problem p) (:objects a - box) (:init (at a b)))", "`b` is no object"),
         (
@@ -326,10 +307,10 @@ fn faults_of_problems_and_trajectories_name_the_place() {
             "`home` is of type place; expected thing",
         ),
         ("(define (problem p) (:goal (free) (free)))", "the goal is not a single condition"),
-        ("(define (problem p) (:length 3))", "`(:length ...)` is no section of a problem"),
+        ("(define (problem p) (:lengths 3))", "`(:lengths ...)` is no section of a problem"),
         (
             "(define (problem p) (:goal (and (free) (= (fuel) 3))))",
-            "column 40: `(= ...)` is no condition that can be met by actions; expected (PREDICATE",
+            "column 43: `(fuel ...)` is no function; expected one of:",
         ),
         (
             "(define (problem p) (:init (free)))",
@@ -423,10 +404,13 @@ proptest! {
         }
         if let Ok(domain) = domain {
             let again = Domain::parse(domain.to_string().as_bytes(), "d", Bodies::Read);
-            prop_assert_eq!(again, Ok(domain.clone()));
+            // What is printed is no longer sloppy.
+            let quiet = |domain: Domain| Domain { warnings: Vec::new(), ..domain };
+            prop_assert_eq!(again.map(quiet), Ok(quiet(domain.clone())));
             if let Ok(problem) = Problem::parse(&problem, "p", &domain) {
                 let again = Problem::parse(problem.to_string().as_bytes(), "p", &domain);
-                prop_assert_eq!(again, Ok(problem));
+                let quiet = |problem: Problem| Problem { warnings: Vec::new(), ..problem };
+                prop_assert_eq!(again.map(quiet), Ok(quiet(problem)));
             }
             if let Ok(trajectories) = Trajectory::parse(&trace, "t", &domain) {
                 for rule in [Rule::Safe, Rule::Evidence] {

@@ -12,6 +12,7 @@ mod strips;
 #[path = "../support/tally.rs"]
 mod tally;
 
+mod adl;
 mod alternatives;
 mod attempts;
 mod catalogue;
@@ -28,6 +29,7 @@ mod modes;
 mod moving;
 mod pddl;
 mod pddl_of_learned_domains;
+mod pddl_of_strangers;
 mod placing;
 mod planner;
 mod poses_and_states;

@@ -31,6 +31,7 @@ fn problem(domain: &Domain, trajectory: &Trajectory, from: usize, to: usize) -> 
             .collect(),
         init: facts(domain, trajectory, from),
         goal: facts(domain, trajectory, to).into_iter().map(|fact| (true, fact)).collect(),
+        ..Problem::default()
     }
 }
 

@@ -27,6 +27,10 @@ pub(crate) struct PlanArgs {
     /// decision of the planner goal-sets [default: 10]
     #[arg(verbatim_doc_comment, long, value_name = "SECONDS", value_parser = number::<f64>)]
     pub time: Option<f64>,
+    /// Read the durative actions of a domain in PDDL as instant ones, without
+    /// a warning
+    #[arg(verbatim_doc_comment, long, conflicts_with = "scene")]
+    pub as_instant: bool,
     /// State to reach [default: the goal of the demonstrations]
     #[arg(long, value_name = "STATE")]
     pub goal: Option<String>,

@@ -1,28 +1,61 @@
 //! `symbolt plan` of a problem in PDDL, planned and acted on.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
-use symbolt::plan::goal_sets::{Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
-use symbolt::plan::strips::{self, Bodies, GroundFault, Grounded, Problem, validate};
+use symbolt::plan::goal_sets::{Begun, Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
+use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, contents, validate};
 use symbolt::sim::{Seed, SimDuration};
+use symbolt::task::classify::Classifier;
 use symbolt::task::planner::PlannerKind;
 
 use super::args::PlanArgs;
-use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::output::{Place, Progress, not_both_standard_input};
+use crate::cli::end::{BadArgument, Outcome, sentence};
+use crate::cli::options::Rule;
+use crate::cli::output::{Place, Progress, not_both_standard_input, warn};
 use crate::cli::table::counted;
 
 /// Time for which the motor is locked after an action has begun, in milliseconds.
 const LOCK_MS: u64 = 100;
 
+/// Plans, or says why not. With `--json` one object is printed whatever happens.
 pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
-    let Some(file) = &args.problem else {
-        bail!(BadArgument("name a problem in PDDL, or a scene with --scene FILE".into()));
+    let mut warnings = Vec::new();
+    let ended = planned_or_not(args, out, &mut warnings);
+    let fault = match &ended {
+        Ok(End::Answered(outcome)) => return ended_with(outcome),
+        Ok(End::Unreachable(fault)) => fault.clone(),
+        Err(error) => sentence(error),
     };
-    not_both_standard_input(("domain", &args.domain), ("problem", file))?;
+    if args.common.json {
+        let nothing: [&str; 0] = [];
+        let said = json!({
+            "planner": PlannerKind::GoalSets.name(), "mode": args.planner.mode,
+            "plan": nothing, "valid": false, "fault": fault, "actions": nothing,
+            "warnings": warnings,
+        });
+        out.write(said.to_string())?;
+    }
+    ended.map(|_| Outcome::Failed(fault))
+}
+
+/// How planning ended.
+enum End {
+    /// The answer is printed, and valid if there is no fault.
+    Answered(Option<String>),
+    /// No plan can reach the goal, for this reason.
+    Unreachable(String),
+}
+
+fn ended_with(fault: &Option<String>) -> Result<Outcome, Error> {
+    Ok(fault.as_ref().map_or(Outcome::Done, |fault| Outcome::Failed(fault.clone())))
+}
+
+/// Refuses options that a problem in PDDL has no use for.
+fn check(args: &PlanArgs) -> Result<(), Error> {
     if args.goal.is_some() {
         bail!(BadArgument("--goal is for a scene; a problem in PDDL has its own goal".into()));
     }
@@ -32,19 +65,71 @@ pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
         bail!(BadArgument(problem.into()));
     }
     args.planner.check_goal_sets("")?;
-    if args.planner.absent {
-        bail!(BadArgument("--absent is for a scene; leave it out".into()));
+    let of_scenes = [
+        ("--absent", args.planner.absent),
+        ("--grounding", args.grounding.grounding != Rule::Gated),
+        ("--limit", args.grounding.limit != Classifier::LIMIT),
+    ];
+    if let Some((option, _)) = of_scenes.iter().find(|(_, given)| *given) {
+        bail!(BadArgument(format!("{option} is for a scene; leave it out")));
     }
+    Ok(())
+}
+
+/// Reads the domain and the problem, which may be in one file.
+fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem), Error> {
+    let bodies = if args.as_instant { Bodies::Instant } else { Bodies::Read };
+    let name = |path: &Path| path.display().to_string();
+    let first = read_file(&args.domain, Limit::PDDL)?;
+    let second = match &args.problem {
+        Some(file) => {
+            not_both_standard_input(("domain", &args.domain), ("problem", file))?;
+            Some((file, read_file(file, Limit::PDDL)?))
+        }
+        None => None,
+    };
+    let Some((file, second)) = second
+        .or_else(|| (contents(&first) == [true, true]).then(|| (&args.domain, first.clone())))
+    else {
+        let file = args.domain.display();
+        bail!(BadArgument(match contents(&first) {
+            [true, _] => format!(
+                "{file} is a domain; name a problem in PDDL, or a scene with --scene FILE for a learned domain"
+            ),
+            [_, true] => format!("{file} is a problem in PDDL; name its domain before it"),
+            _ => "name a problem in PDDL, or a scene with --scene FILE".into(),
+        }));
+    };
+    if let ([false, true], [true, false]) = (contents(&first), contents(&second)) {
+        let (first, second) = (args.domain.display(), file.display());
+        let problem = format!(
+            "the first file, {first}, is a problem and the second, {second}, a domain; swap them"
+        );
+        bail!(BadArgument(problem));
+    }
+    let domain = Domain::parse(&first, &name(&args.domain), bodies)?;
+    warnings.extend(domain.warnings.iter().cloned());
+    let problem = Problem::parse(&second, &name(file), &domain)?;
+    warnings.extend(problem.warnings.iter().filter(|w| !domain.warnings.contains(w)).cloned());
+    Ok((domain, problem))
+}
+
+fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> Result<End, Error> {
+    check(args)?;
     let spec = spec(args)?;
     let progress = Progress::new(&args.common);
-    let domain = read_file(&args.domain, Limit::PDDL)?;
-    let domain = strips::Domain::parse(&domain, &args.domain.display().to_string(), Bodies::Read)?;
-    let problem = read_file(file, Limit::PDDL)?;
-    let problem = Problem::parse(&problem, &file.display().to_string(), &domain)?;
+    let read = read(args, warnings);
+    if let Ok((_, problem)) = &read
+        && let Some(metric) = &problem.metric
+    {
+        warnings.push(format!("the cost {metric} of the plan is counted, but not minimised"));
+    }
+    warnings.iter().for_each(|warning| warn(warning));
+    let (domain, problem) = read?;
     progress.say("grounding the problem");
     let grounded = match Grounded::new(&domain, &problem) {
         Err(fault @ GroundFault::Unreachable { .. }) => {
-            return unreachable(args, out, &fault.to_string());
+            return Ok(End::Unreachable(fault.to_string()));
         }
         grounded => grounded?,
     };
@@ -57,40 +142,29 @@ pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
     let course = match pursue(&grounded, world, &spec, Seed::new(args.common.seed)) {
         Err(fault @ (GoalSetError::NeverHolds { .. } | GoalSetError::Unreachable { .. })) => {
-            return unreachable(args, out, &fault.to_string());
+            return Ok(End::Unreachable(fault.to_string()));
         }
         course => course?,
     };
     drop(progress);
-    let steps: Vec<&str> = course.plan().map(|a| grounded.operators[a].name.as_str()).collect();
+    let steps = grounded.steps(course.plan());
     let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
+    let cost = problem.metric.is_some().then(|| {
+        // Without actions the sum of floats is -0.
+        course.plan().map(|operator| grounded.operators[operator].cost.value()).sum::<f64>() + 0.0
+    });
+    let answer = Answer { problem: &grounded, course: &course, cost };
     let text = if args.common.json {
         let fault = checked.as_ref().err().map(ToString::to_string);
-        summary(&grounded, &course, fault, &args.planner.mode).to_string()
+        answer.summary(fault, &args.planner.mode, warnings).to_string()
     } else {
-        table(&grounded, &course, &size)
+        answer.table(&size)
     };
     out.write(&text)?;
-    Ok(match checked {
-        Ok(()) => Outcome::Done,
-        Err(fault) => {
-            let limit_s = spec.limit.as_micros() as f64 / 1e6;
-            Outcome::Failed(format!("no plan within {limit_s} s: {fault}"))
-        }
-    })
-}
-
-/// Says that no plan can reach the goal.
-fn unreachable(args: &PlanArgs, out: &Place, fault: &str) -> Result<Outcome, Error> {
-    if args.common.json {
-        let nothing: [&str; 0] = [];
-        let said = json!({
-            "planner": PlannerKind::GoalSets.name(), "mode": args.planner.mode,
-            "plan": nothing, "valid": false, "fault": fault, "actions": nothing,
-        });
-        out.write(said.to_string())?;
-    }
-    Ok(Outcome::Failed(fault.to_owned()))
+    Ok(End::Answered(checked.err().map(|fault| {
+        let limit_s = spec.limit.as_micros() as f64 / 1e6;
+        format!("no plan within {limit_s} s: {fault}")
+    })))
 }
 
 /// Checks and returns the settings.
@@ -104,52 +178,73 @@ fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
     })
 }
 
-/// Returns the time at which an action begins first.
-fn planned(course: &Course) -> Option<u64> {
-    course.begun.first().map(|begun| begun.ms)
+/// A plan with everything that is printed about it.
+struct Answer<'p> {
+    problem: &'p Grounded,
+    course: &'p Course,
+    /// The cost of the plan, if the problem has costs.
+    cost: Option<f64>,
 }
 
-fn summary(problem: &Grounded, course: &Course, fault: Option<String>, mode: &str) -> Value {
-    let step = |a: usize| problem.operators[a].name.as_str();
-    let actions = course
-        .begun
-        .iter()
-        .map(|b| json!({ "action": step(b.operator), "time_ms": b.ms, "ready": b.met }));
-    json!({
-        "planner": "goal-sets",
-        "mode": mode,
-        "fluents": problem.fluents.len(),
-        "operators": problem.operators.len(),
-        "units": course.units,
-        "plan": course.plan().map(step).collect::<Vec<_>>(),
-        "valid": fault.is_none(),
-        "fault": fault,
-        "actions": actions.collect::<Vec<_>>(),
-        "planned_ms": planned(course),
-        "time_ms": course.ms,
-        "goal_sets": course.goal_sets(),
-        "dead_ends": course.dead_ends(),
-        "starts": course.starts(),
-    })
-}
+impl Answer<'_> {
+    /// Returns the actions that were begun, each with its name.
+    fn begun(&self) -> impl Iterator<Item = (&Begun, &str)> {
+        let begun = self.course.begun.iter();
+        let named = begun.map(|begun| (begun, &self.problem.operators[begun.operator]));
+        named.filter(|(_, o)| !o.is_hidden()).map(|(begun, o)| (begun, o.name.as_str()))
+    }
 
-fn table(problem: &Grounded, course: &Course, size: &str) -> String {
-    let mut text = format!("Problem: {size}\n");
-    if let Some(ms) = planned(course) {
-        let steps = counted(course.goal_sets(), "goal set");
-        let _ = writeln!(
-            text,
-            "Planned: {ms} ms, {steps}, {}",
-            counted(course.dead_ends(), "dead end")
-        );
+    /// Returns the time at which an action begins first.
+    fn planned(&self) -> Option<u64> {
+        self.begun().next().map(|(begun, _)| begun.ms)
     }
-    if course.begun.is_empty() && course.reached {
-        text.push_str("The goal holds already.\n");
+
+    fn summary(&self, fault: Option<String>, mode: &str, warnings: &[String]) -> Value {
+        let course = self.course;
+        let actions = self
+            .begun()
+            .map(|(b, name)| json!({ "action": name, "time_ms": b.ms, "ready": b.met }));
+        json!({
+            "planner": "goal-sets",
+            "mode": mode,
+            "fluents": self.problem.fluents.len(),
+            "operators": self.problem.operators.len(),
+            "units": course.units,
+            "plan": self.problem.steps(course.plan()),
+            "cost": self.cost,
+            "valid": fault.is_none(),
+            "fault": fault,
+            "actions": actions.collect::<Vec<_>>(),
+            "planned_ms": self.planned(),
+            "time_ms": course.ms,
+            "goal_sets": course.goal_sets(),
+            "dead_ends": course.dead_ends(),
+            "starts": course.starts(),
+            "warnings": warnings,
+        })
     }
-    for begun in &course.begun {
-        let name = &problem.operators[begun.operator].name;
-        let note = if begun.met { "" } else { "  (a precondition did not hold)" };
-        let _ = writeln!(text, "{:>7} ms  {name}{note}", begun.ms);
+
+    fn table(&self, size: &str) -> String {
+        let course = self.course;
+        let mut text = format!("Problem: {size}\n");
+        if let Some(ms) = self.planned() {
+            let steps = counted(course.goal_sets(), "goal set");
+            let _ = writeln!(
+                text,
+                "Planned: {ms} ms, {steps}, {}",
+                counted(course.dead_ends(), "dead end")
+            );
+        }
+        if self.planned().is_none() && course.reached {
+            text.push_str("The goal holds already.\n");
+        }
+        for (begun, name) in self.begun() {
+            let note = if begun.met { "" } else { "  (a precondition did not hold)" };
+            let _ = writeln!(text, "{:>7} ms  {name}{note}", begun.ms);
+        }
+        if let Some(cost) = self.cost.filter(|_| course.reached) {
+            let _ = writeln!(text, "Cost:    {cost}");
+        }
+        text
     }
-    text
 }

@@ -148,6 +148,7 @@ impl LearnedAction {
             parameters: self.parameters.clone(),
             preconditions: kept.map(|p| p.literal.clone()).collect(),
             effects: self.add.iter().chain(&self.delete).cloned().collect(),
+            ..Action::default()
         }
     }
 }

@@ -1,12 +1,13 @@
-//! Typed STRIPS: reads and writes PDDL, grounds problems, validates plans and reads trajectories.
+//! PDDL: reads and writes it, compiles problems to STRIPS over facts, validates plans and reads trajectories.
 //!
 //! | module | contents |
 //! |---|---|
-//! | `pddl` | [`Domain`], [`Problem`] and the literals of actions |
-//! | `read`, `problem` | the readers of domains and problems |
+//! | `pddl`, `formula` | [`Domain`], [`Problem`], literals of actions; other conditions, effects and numbers |
+//! | `lists`, `read`, `conditions`, `durative`, `problem` | the readers of domains and problems |
 //! | `write` | the printer |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
 //! | `shorten` | [`shorten`](shorten()): takes detours out of a plan |
+//! | `truth` | whether conditions hold in a state, by their meaning |
 //! | `validate` | [`validate`](validate()): carries out a plan and says where it fails |
 //! | `trace` | [`Trajectory`]: states and actions of one run |
 //!
@@ -24,17 +25,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod conditions;
+mod durative;
+mod formula;
 mod ground;
+mod lists;
 mod pddl;
 mod problem;
 mod read;
 mod sexpr;
 mod shorten;
 mod trace;
+mod truth;
 mod validate;
 mod write;
 
+pub use formula::{
+    Comparison, Condition, ConditionalEffect, Derived, Expression, Function, Increase, Number,
+    Operation,
+};
 pub use ground::{Fluent, GroundFault, GroundOperator, Grounded};
+pub use lists::contents;
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };

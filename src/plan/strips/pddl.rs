@@ -1,6 +1,8 @@
-//! Typed STRIPS in memory: domains, problems, and the atoms that both consist of.
+//! Domains and problems in memory, and the atoms that both consist of.
 
 use std::collections::{BTreeMap, BTreeSet};
+
+use super::formula::{Condition, ConditionalEffect, Derived, Function, Increase, Number};
 
 /// Name of the type that every other type belongs to.
 pub const OBJECT: &str = "object";
@@ -27,11 +29,19 @@ pub struct Types {
 
 impl Types {
     /// Builds the hierarchy from declared types and their supertypes. A supertype that is not declared itself is added.
-    /// A type that is declared twice has all supertypes of both declarations.
+    /// A type that is declared twice has all supertypes of both declarations. That a type is its own direct supertype says
+    /// nothing.
     ///
     /// # Errors
     /// The name of a type that would be its own supertype.
     pub fn new(mut declared: Vec<Typed>) -> Result<Self, String> {
+        for typed in &mut declared {
+            typed.types.retain(|above| *above != typed.name);
+            if typed.types.is_empty() {
+                typed.types.push(OBJECT.into());
+            }
+        }
+        declared.retain(|typed| typed.name != OBJECT || typed.types != [OBJECT]);
         let mut parents: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for typed in &declared {
             parents.entry(typed.name.clone()).or_default().extend(typed.types.iter().cloned());
@@ -81,15 +91,32 @@ impl Types {
     pub fn fits(&self, kinds: &[String], wanted: &[String]) -> bool {
         kinds.iter().all(|kind| wanted.iter().any(|wanted| self.is_a(kind, wanted)))
     }
+
+    /// Returns whether an object of the types `kinds`, one of which it has, may be one of the types `wanted`.
+    pub fn may_be(&self, kinds: &[String], wanted: &[String]) -> bool {
+        kinds.iter().any(|kind| wanted.iter().any(|wanted| self.is_a(kind, wanted)))
+    }
+
+    /// Returns whether an object can be of one of the types `kinds` and of one of the types `wanted`.
+    pub(super) fn overlap(&self, kinds: &[String], wanted: &[String]) -> bool {
+        let both = |below: &str| {
+            let one_of = |types: &[String]| types.iter().any(|above| self.is_a(below, above));
+            one_of(kinds) && one_of(wanted)
+        };
+        kinds.iter().chain(wanted).any(|kind| both(kind))
+            || self.above.keys().any(|kind| both(kind))
+    }
 }
 
 /// A predicate and the types of its arguments.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Predicate {
     /// Name, in lower case.
     pub name: String,
     /// Parameters, in order.
     pub parameters: Vec<Typed>,
+    /// Whether the predicate is not declared, but the name of a type, and holds for the objects of that type.
+    pub of_type: bool,
 }
 
 /// An argument of an atom in an action.
@@ -120,7 +147,7 @@ pub struct Literal {
 }
 
 /// An action schema.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Action {
     /// Name, in lower case.
     pub name: String,
@@ -128,9 +155,15 @@ pub struct Action {
     pub parameters: Vec<Typed>,
     /// Conjunction of literals that must hold before the action.
     pub preconditions: Vec<Literal>,
+    /// Further conditions that must hold before the action.
+    pub conditions: Vec<Condition>,
     /// Literals that the action makes true (positive) or false (negative). Atoms made false come first if an atom is in
     /// both lists, so that it is true afterwards.
     pub effects: Vec<Literal>,
+    /// Effects under a condition or for all objects of a type.
+    pub conditional: Vec<ConditionalEffect>,
+    /// Functions that the action increases. Those that the problem minimises are its cost.
+    pub increases: Vec<Increase>,
 }
 
 /// A planning domain.
@@ -144,16 +177,28 @@ pub struct Domain {
     pub types: Types,
     /// Objects that every problem has.
     pub constants: Vec<Typed>,
-    /// Predicates, in the order of declaration.
+    /// Predicates, in the order of declaration. Several have the same name if their numbers of arguments differ.
     pub predicates: Vec<Predicate>,
+    /// Numeric functions.
+    pub functions: Vec<Function>,
+    /// Rules for derived predicates, each after those of the predicates in its condition. No action changes a derived
+    /// predicate.
+    pub derived: Vec<Derived>,
     /// Action schemas, in the order of declaration.
     pub actions: Vec<Action>,
+    /// What the text has that is sloppy or that is ignored, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Domain {
     /// Returns the position of a predicate.
     pub fn predicate(&self, name: &str) -> Option<usize> {
         self.predicates.iter().position(|p| p.name == name)
+    }
+
+    /// Returns the position of the predicate with a name and a number of arguments.
+    pub fn predicate_of(&self, name: &str, arguments: usize) -> Option<usize> {
+        self.predicates.iter().position(|p| p.name == name && p.parameters.len() == arguments)
     }
 
     /// Returns the position of an action.
@@ -177,7 +222,7 @@ pub struct Fact {
 }
 
 /// A planning problem of a domain.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Problem {
     /// Name, in lower case.
     pub name: String,
@@ -189,4 +234,12 @@ pub struct Problem {
     pub init: Vec<Fact>,
     /// Facts that must hold (`true`) or must not hold (`false`) at the end.
     pub goal: Vec<(bool, Fact)>,
+    /// Further conditions that must hold at the end.
+    pub conditions: Vec<Condition>,
+    /// Values of functions at first.
+    pub numbers: Vec<(Fact, Number)>,
+    /// The function that is to be minimised, the plan's cost: that of `:metric`, or `(total-cost)` if an action increases it.
+    pub metric: Option<Fact>,
+    /// What the text has that is sloppy or that is ignored, a sentence each.
+    pub warnings: Vec<String>,
 }

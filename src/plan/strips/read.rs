@@ -1,18 +1,36 @@
 //! Reads domains.
 //!
-//! The subset is typed STRIPS: `:strips`, `:typing`, `:negative-preconditions` and `:equality`. Names are folded to
-//! lower case, because PDDL does not distinguish case.
+//! What is sloppy but clear is read with a warning. Names are folded to lower case, because PDDL does not distinguish
+//! case.
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::pddl::{Action, Atom, Domain, EQUAL, Literal, OBJECT, Predicate, Term, Typed, Types};
-use super::sexpr::{Node, PddlFault, Place, Source};
+use super::conditions::{Numbers, Scope};
+use super::formula::{Derived, Function};
+use super::lists::{MAX_NAMES, meant, tail};
+use super::pddl::{Action, Domain, EQUAL, OBJECT, Predicate, Typed, Types};
+use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
 
-/// Requirements that a domain may name.
-const REQUIREMENTS: [&str; 4] = [":strips", ":typing", ":negative-preconditions", ":equality"];
+/// Requirements whose features are read.
+const REQUIREMENTS: [&str; 13] = [
+    ":strips",
+    ":typing",
+    ":negative-preconditions",
+    ":equality",
+    ":adl",
+    ":disjunctive-preconditions",
+    ":existential-preconditions",
+    ":universal-preconditions",
+    ":quantified-preconditions",
+    ":conditional-effects",
+    ":derived-predicates",
+    ":action-costs",
+    ":durative-actions",
+];
 
-/// Greatest number of types, of constants, of predicates, of actions, and of parameters of each.
-const MAX_NAMES: usize = 1_024;
+/// Greatest number of constants.
+const MAX_CONSTANTS: usize = 100_000;
 
 /// Greatest number of actions of a domain.
 pub const MAX_ACTIONS: usize = 4_096;
@@ -20,133 +38,33 @@ pub const MAX_ACTIONS: usize = 4_096;
 /// Greatest number of parameters of all predicates and actions.
 const MAX_PARAMETERS: usize = 20_000;
 
-/// Greatest number of types in `(either ...)`.
-const MAX_EITHER: usize = 64;
-
-/// Greatest number of types of all names of a typed list.
-const MAX_TYPED: usize = 500_000;
-
 /// Whether the preconditions and effects of a domain's actions are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bodies {
-    /// Read them. The domain must be typed STRIPS.
+    /// Read them. A warning says that durative actions are read as instant ones.
     Read,
-    /// Skip them, as well as functions, axioms and requirements beyond typed STRIPS. Actions have neither
-    /// preconditions nor effects.
+    /// Read them. Durative actions are meant to be instant.
+    Instant,
+    /// Skip them, as well as functions and derived predicates. Actions have neither preconditions nor effects.
     Skip,
 }
 
 impl Domain {
-    /// Reads a domain from PDDL. `file` names the text in errors.
+    /// Reads a domain from PDDL: `:adl`, derived predicates without recursion, and action costs. A durative action is read
+    /// as one without duration. `file` names the text in errors and warnings. If the text has a problem beside the domain,
+    /// the problem is skipped.
     ///
     /// # Errors
     /// The first fault, with its place, what was found and what was expected.
     pub fn parse(bytes: &[u8], file: &str, bodies: Bodies) -> Result<Self, PddlFault> {
-        let source = Source { file };
+        let notes = Notes::default();
+        let source = Source { file, notes: &notes };
         let nodes = source.nodes(bytes)?;
         let (name, sections) = source.defined(&nodes, "domain")?;
-        DomainReader { source, bodies, domain: Self { name, ..Self::default() } }.read(sections)
-    }
-}
-
-/// Returns the elements of a list after its first.
-pub(super) fn tail(node: &Node) -> &[Node] {
-    node.list().and_then(|nodes| nodes.get(1..)).unwrap_or(&[])
-}
-
-/// Returns the conditions of `(and ...)`, of `()`, or the single condition.
-pub(super) fn conjuncts(node: &Node) -> Vec<&Node> {
-    match node.list() {
-        Some([]) => Vec::new(),
-        Some(_) if node.head() == Some("and") => tail(node).iter().collect(),
-        _ => vec![node],
-    }
-}
-
-impl Source<'_> {
-    /// Returns the name and the sections of `(define (domain NAME) ...)`.
-    pub fn defined<'n>(
-        &self,
-        nodes: &'n [Node],
-        what: &str,
-    ) -> Result<(String, &'n [Node]), PddlFault> {
-        let expected = format!("(define ({what} NAME) ...)");
-        let start = nodes.first().map_or(Place { line: 1, column: 1 }, |n| n.place);
-        let [define] = nodes else {
-            let problem = match nodes.first() {
-                None => "the text is empty".to_owned(),
-                Some(_) => format!("the text is {} lists or words", nodes.len()),
-            };
-            return Err(self.fault(start, problem, expected));
-        };
-        if let (Some("define"), [named, sections @ ..]) = (define.head(), tail(define))
-            && named.head() == Some(what)
-            && let [name] = tail(named)
-            && let Some(name) = name.word()
-        {
-            return Ok((name.to_owned(), sections));
-        }
-        Err(self.fault(start, format!("{} is no {what}", define.shown()), expected))
-    }
-
-    pub fn unexpected(&self, node: &Node, what: &str, expected: &str) -> PddlFault {
-        self.fault(node.place, format!("{} is no {what}", node.shown()), expected)
-    }
-
-    pub fn word<'n>(&self, node: &'n Node, what: &str) -> Result<&'n str, PddlFault> {
-        node.word().ok_or_else(|| self.unexpected(node, what, "a name"))
-    }
-
-    /// Reads `a b - t c - (either t u) d`. Names without a type are of type `object`.
-    pub fn typed(&self, nodes: &[Node], types: &Types) -> Result<Vec<(Place, Typed)>, PddlFault> {
-        let read = self.untyped(nodes)?;
-        for (node, typed) in &read {
-            if let Some(unknown) = typed.types.iter().find(|t| !types.contains(t)) {
-                let known: Vec<&str> = types.declared().iter().map(|t| t.name.as_str()).collect();
-                let known = format!("one of: {OBJECT}, {}", known.join(", "));
-                let problem = format!("`{}` has the unknown type `{unknown}`", typed.name);
-                return Err(self.fault(*node, problem, known.trim_end_matches(", ")));
-            }
-        }
-        Ok(read)
-    }
-
-    /// Reads a typed list without checking that its types exist.
-    fn untyped(&self, nodes: &[Node]) -> Result<Vec<(Place, Typed)>, PddlFault> {
-        let mut read: Vec<(Place, Typed)> = Vec::new();
-        let (mut first_without, mut typed) = (0, 0);
-        let mut nodes = nodes.iter();
-        while let Some(node) = nodes.next() {
-            let word = self.word(node, "name")?;
-            if word != "-" {
-                let typed = Typed { name: word.to_owned(), types: vec![OBJECT.into()] };
-                read.push((node.place, typed));
-                continue;
-            }
-            let Some(kind) = nodes.next() else {
-                return Err(self.fault(node.place, "no type follows `-`", "the name of a type"));
-            };
-            let types: Vec<String> = if kind.head() == Some("either") {
-                let names = tail(kind).iter().map(|n| self.word(n, "type").map(str::to_owned));
-                names.collect::<Result<_, _>>()?
-            } else {
-                vec![self.word(kind, "type")?.to_owned()]
-            };
-            if !(1..=MAX_EITHER).contains(&types.len()) {
-                let expected = format!("(either TYPE ...) with 1 to {MAX_EITHER} types");
-                return Err(self.unexpected(kind, "type", &expected));
-            }
-            typed += types.len() * (read.len() - first_without);
-            if typed > MAX_TYPED {
-                let expected = format!("at most {MAX_TYPED} types of all names together");
-                return Err(self.fault(kind.place, "the list has too many names", expected));
-            }
-            for (_, name) in &mut read[first_without..] {
-                name.types.clone_from(&types);
-            }
-            first_without = read.len();
-        }
-        Ok(read)
+        let mut domain = DomainReader { source, bodies, domain: Self { name, ..Self::default() } }
+            .read(sections)?;
+        domain.warnings = notes.into_warnings();
+        Ok(domain)
     }
 }
 
@@ -156,60 +74,141 @@ struct DomainReader<'a> {
     domain: Domain,
 }
 
+/// Sections of a domain, in the order in which they are read: what a section names is declared before it.
+const SECTIONS: [&str; 9] = [
+    ":requirements",
+    ":types",
+    ":constants",
+    ":objects",
+    ":predicates",
+    ":functions",
+    ":derived",
+    ":action",
+    ":durative-action",
+];
+
 impl DomainReader<'_> {
     fn read(mut self, sections: &[Node]) -> Result<Domain, PddlFault> {
-        // Declarations first: their order in the file does not matter.
-        for order in [":requirements", ":types", ":constants", ":predicates", ":action"] {
-            for section in sections.iter().filter(|s| s.head() == Some(order)) {
-                match order {
-                    ":requirements" => self.requirements(section)?,
-                    ":types" => {
-                        self.source.few(section)?;
-                        let types = self.source.untyped(tail(section))?;
-                        let types = types.into_iter().map(|(_, typed)| typed).collect();
-                        self.domain.types = Types::new(types).map_err(|name| {
-                            let problem = format!("the type `{name}` is its own supertype");
-                            let expected = "a hierarchy without circles";
-                            self.source.fault(section.place, problem, expected)
-                        })?;
-                    }
-                    ":constants" => {
-                        self.source.few(section)?;
-                        let constants = self.source.typed(tail(section), &self.domain.types)?;
-                        self.domain.constants.extend(constants.into_iter().map(|(_, typed)| typed));
-                    }
-                    ":predicates" => self.predicates(section)?,
-                    _ => self.action(section)?,
-                }
-            }
+        let named = |section: &Node| section.head().is_some_and(|name| SECTIONS.contains(&name));
+        for section in sections.iter().filter(|section| !named(section)) {
+            self.unread(section)?;
         }
-        for section in sections {
-            match (section.head(), self.bodies) {
-                (Some(":requirements" | ":types" | ":constants" | ":predicates"), _)
-                | (Some(":action"), _)
-                | (Some(":functions" | ":derived" | ":axiom" | ":constraints"), Bodies::Skip) => {}
-                _ => {
-                    let expected =
-                        ":requirements, :types, :constants, :predicates or :action (typed STRIPS)";
-                    let what = "section of a domain";
-                    return Err(self.source.unexpected(section, what, expected));
-                }
-            }
+        let of = |name: &'static str| sections.iter().filter(move |s| s.head() == Some(name));
+        of(":requirements").try_for_each(|section| self.requirements(section))?;
+        self.types(sections)?;
+        of(":constants").chain(of(":objects")).try_for_each(|section| self.constants(section))?;
+        of(":predicates").try_for_each(|section| self.predicates(section))?;
+        if self.bodies != Bodies::Skip {
+            of(":functions").try_for_each(|section| self.functions(section))?;
+            of(":derived").try_for_each(|section| self.derived_signature(section))?;
         }
+        let numbers = RefCell::new(Numbers::default());
+        let constants = self.domain.constants.iter();
+        let constants: HashMap<String, Vec<String>> =
+            constants.map(|c| (c.name.clone(), c.types.clone())).collect();
+        let mut kinds = BTreeSet::new();
+        if self.bodies != Bodies::Skip {
+            for section in of(":derived") {
+                let scope = Scope::new(self.source, &self.domain, &constants, &numbers, &mut kinds);
+                let derived = derived(scope, section)?;
+                self.domain.derived.push(derived);
+            }
+            self.order_derived(sections)?;
+        }
+        let actions = sections
+            .iter()
+            .filter(|s| s.head() == Some(":action") || s.head() == Some(":durative-action"));
+        for section in actions {
+            let action = self.action(section, &constants, &numbers, &mut kinds)?;
+            self.domain.actions.push(action);
+        }
+        for kind in kinds {
+            let parameter = Typed { name: "?object".into(), types: vec![OBJECT.into()] };
+            let (parameters, of_type) = (vec![parameter], true);
+            self.domain.predicates.push(Predicate { name: kind, parameters, of_type });
+        }
+        numbers.into_inner().finish(self.source, &mut self.domain)?;
         Ok(self.domain)
+    }
+
+    /// Refuses or skips a section that is not read.
+    fn unread(&self, section: &Node) -> Result<(), PddlFault> {
+        let why = match (section.head(), self.bodies) {
+            (Some(":axiom" | ":constraints"), Bodies::Skip) => return Ok(()),
+            (Some(":length" | ":documentation" | ":addl"), _) => {
+                let what =
+                    format!("{} says nothing about the actions and is ignored", section.shown());
+                self.source.warn(section.place, what);
+                return Ok(());
+            }
+            (Some(":process" | ":event"), _) => "processes and events, which go on by themselves",
+            (Some(":constraints"), _) => "constraints on the states along a plan",
+            (Some(":task" | ":method" | ":tasks" | ":htn"), _) => "hierarchical tasks and methods",
+            (Some(":axiom"), _) => "axioms in the notation before PDDL 2.2 (write :derived)",
+            (Some(":observe" | ":sensing-action"), _) => "sensing",
+            _ => {
+                let near = meant(section.head().unwrap_or_default(), SECTIONS.into_iter());
+                let expected = format!("{}{near}", SECTIONS.join(", "));
+                return Err(self.source.unexpected(section, "section of a domain", &expected));
+            }
+        };
+        let problem = format!("{} needs {why}, which this planner does not have", section.shown());
+        Err(self.source.fault(section.place, problem, "actions, and predicates that they change"))
     }
 
     fn requirements(&mut self, section: &Node) -> Result<(), PddlFault> {
         for node in tail(section) {
             let word = self.source.word(node, "requirement")?;
-            if self.bodies == Bodies::Read && !REQUIREMENTS.contains(&word) {
-                let problem = format!("the requirement `{word}` is not supported");
-                let expected = format!("one of: {}", REQUIREMENTS.join(", "));
-                return Err(self.source.fault(node.place, problem, expected));
+            if self.bodies != Bodies::Skip && !REQUIREMENTS.contains(&word) {
+                let what = format!(
+                    "the requirement `{}` is ignored; what is used of it is refused",
+                    short(word)
+                );
+                self.source.warn(node.place, what);
             }
             self.domain.requirements.push(word.to_owned());
         }
         Ok(())
+    }
+
+    fn types(&mut self, sections: &[Node]) -> Result<(), PddlFault> {
+        let mut declared = Vec::new();
+        let sections = sections.iter().filter(|section| section.head() == Some(":types"));
+        let mut place = Place { line: 1, column: 1 };
+        for section in sections {
+            self.source.few(section)?;
+            place = section.place;
+            for (place, typed) in self.source.untyped(tail(section), |_| false)? {
+                if typed.types.contains(&typed.name) {
+                    let what =
+                        format!("the type `{}` is declared as its own supertype", typed.name);
+                    self.source.warn(place, what);
+                }
+                declared.push(typed);
+            }
+        }
+        self.domain.types = Types::new(declared).map_err(|name| {
+            let problem = format!("the type `{name}` is its own supertype");
+            self.source.fault(place, problem, "a hierarchy without circles")
+        })?;
+        Ok(())
+    }
+
+    fn constants(&mut self, section: &Node) -> Result<(), PddlFault> {
+        if tail(section).len() > MAX_CONSTANTS {
+            let problem = format!("{} has {} entries", section.shown(), tail(section).len());
+            return Err(self.source.fault(
+                section.place,
+                problem,
+                format!("at most {MAX_CONSTANTS}"),
+            ));
+        }
+        if section.head() == Some(":objects") {
+            self.source
+                .warn(section.place, "the domain has `:objects`; they are read as constants");
+        }
+        let constants = self.source.typed(tail(section), &self.domain.types)?;
+        self.source.declare(&mut self.domain.constants, constants, &self.domain.types)
     }
 
     fn predicates(&mut self, section: &Node) -> Result<(), PddlFault> {
@@ -219,40 +218,154 @@ impl DomainReader<'_> {
             let Some(name) = node.head().filter(|name| *name != EQUAL) else {
                 return Err(self.source.unexpected(node, "declaration of a predicate", expected));
             };
-            if self.domain.predicate(name).is_some() {
-                return Err(self.source.twice(node.place, "predicate", name, "another name"));
-            }
-            let parameters = self.parameters(tail(node))?;
-            self.domain.predicates.push(Predicate { name: name.to_owned(), parameters });
+            let parameters = self.parameters(tail(node), true)?;
+            self.predicate(node.place, name, parameters);
         }
         Ok(())
     }
 
-    /// Reads parameters. Each begins with `?`, and no two are equal.
-    fn parameters(&self, nodes: &[Node]) -> Result<Vec<Typed>, PddlFault> {
+    /// Declares a predicate. A predicate with another number of arguments is another one.
+    fn predicate(&mut self, place: Place, name: &str, parameters: Vec<Typed>) {
+        if let Some(known) = self.domain.predicate_of(name, parameters.len()) {
+            self.source.warn(place, format!("the predicate `{}` is declared twice", short(name)));
+            // An argument may be of the types of both declarations.
+            for (known, other) in
+                self.domain.predicates[known].parameters.iter_mut().zip(parameters)
+            {
+                let new = other.types.into_iter().filter(|t| !known.types.contains(t));
+                known.types.extend(new.collect::<Vec<_>>());
+            }
+            return;
+        }
+        if self.domain.predicate(name).is_some() {
+            let what = format!(
+                "the predicate `{}` is declared with several numbers of arguments",
+                short(name)
+            );
+            self.source.warn(place, what);
+        }
+        let name = name.to_owned();
+        self.domain.predicates.push(Predicate { name, parameters, of_type: false });
+    }
+
+    fn functions(&mut self, section: &Node) -> Result<(), PddlFault> {
+        self.source.few(section)?;
+        let mut nodes = tail(section).iter();
+        while let Some(node) = nodes.next() {
+            if node.word() == Some("-") {
+                // The type of a function is `number`. A function of another type is refused where it is used.
+                nodes.next();
+                continue;
+            }
+            let Some(name) = node.head() else {
+                let expected = "(NAME ?PARAMETER - TYPE ...) - number";
+                return Err(self.source.unexpected(node, "declaration of a function", expected));
+            };
+            if self.domain.functions.iter().any(|f| f.name == name) {
+                self.source
+                    .warn(node.place, format!("the function `{}` is declared twice", short(name)));
+                continue;
+            }
+            let (name, parameters) = (name.to_owned(), self.parameters(tail(node), true)?);
+            self.domain.functions.push(Function { name, parameters, changes: false });
+        }
+        Ok(())
+    }
+
+    /// Reads parameters. Each begins with `?`. No two are equal, except in a declaration, where names mean nothing.
+    fn parameters(&self, nodes: &[Node], declared: bool) -> Result<Vec<Typed>, PddlFault> {
         let lists = self.domain.predicates.iter().map(|p| &p.parameters);
         let lists = lists.chain(self.domain.actions.iter().map(|a| &a.parameters));
+        let lists = lists.chain(self.domain.functions.iter().map(|f| &f.parameters));
         let known: usize = lists.map(Vec::len).sum();
         let most = MAX_NAMES.min(MAX_PARAMETERS.saturating_sub(known));
         if let Some(node) = nodes.get(most) {
             return Err(self.source.fault(node.place, "there are too many parameters", "fewer"));
         }
-        let read = self.source.typed(nodes, &self.domain.types)?;
-        let mut seen = BTreeSet::new();
-        for (place, typed) in &read {
-            if !typed.name.starts_with('?') {
-                let problem = format!("the parameter `{}` has no question mark", typed.name);
-                return Err(self.source.fault(*place, problem, format!("`?{}`", typed.name)));
-            }
-            if !seen.insert(&typed.name) {
-                return Err(self.source.twice(*place, "parameter", &typed.name, "another name"));
-            }
-        }
-        Ok(read.into_iter().map(|(_, typed)| typed).collect())
+        self.source.variables(nodes, &self.domain.types, declared)
     }
 
-    fn action(&mut self, section: &Node) -> Result<(), PddlFault> {
-        let expected = "(:action NAME :parameters (...) :precondition (...) :effect (...))";
+    /// Declares the predicate of a rule that derives it, if it is not declared.
+    fn derived_signature(&mut self, section: &Node) -> Result<(), PddlFault> {
+        let [head, _] = tail(section) else {
+            let expected = "(:derived (NAME ?PARAMETER - TYPE ...) CONDITION)";
+            return Err(self.source.unexpected(section, "rule for a derived predicate", expected));
+        };
+        let Some(name) = head.head().filter(|name| *name != EQUAL) else {
+            return Err(self.source.unexpected(head, "predicate", "(NAME ?PARAMETER - TYPE ...)"));
+        };
+        if self.domain.predicate_of(name, count_variables(tail(head))).is_none() {
+            let what =
+                format!("the derived predicate `{}` is not declared in :predicates", short(name));
+            self.source.warn(head.place, what);
+            let parameters = self.parameters(tail(head), false)?;
+            self.predicate(head.place, name, parameters);
+        }
+        Ok(())
+    }
+
+    /// Sorts the rules so that each follows those of the predicates in its condition.
+    fn order_derived(&mut self, sections: &[Node]) -> Result<(), PddlFault> {
+        let key = |name: &str, arguments: usize| (name.to_owned(), arguments);
+        let mut needs: BTreeMap<(String, usize), BTreeSet<(String, usize)>> = BTreeMap::new();
+        for rule in &self.domain.derived {
+            let needed = needs.entry(key(&rule.predicate, rule.parameters.len())).or_default();
+            rule.condition.literals(false, &mut |literal, _| {
+                needed.insert(key(&literal.atom.predicate, literal.atom.arguments.len()));
+            });
+        }
+        let mut order: Vec<(String, usize)> = Vec::new();
+        while order.len() < needs.len() {
+            let ready = |(name, needed): &(&(String, usize), &BTreeSet<(String, usize)>)| {
+                let open = |n: &(String, usize)| needs.contains_key(n) && !order.contains(n);
+                !order.contains(name) && !needed.iter().any(open)
+            };
+            let Some(next) = needs.iter().find(ready).map(|(name, _)| name.clone()) else {
+                // Each rule that is left waits for another or for itself.
+                let left: Vec<String> =
+                    needs.keys().filter(|n| !order.contains(n)).map(|(n, _)| n.clone()).collect();
+                let mut rules = sections.iter().filter(|s| s.head() == Some(":derived"));
+                let place = rules.find(|s| {
+                    tail(s)
+                        .first()
+                        .and_then(Node::head)
+                        .is_some_and(|n| left.iter().any(|l| l == n))
+                });
+                let place = place.map_or(Place { line: 1, column: 1 }, |rule| rule.place);
+                let names: Vec<String> =
+                    left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
+                let problem = format!("{} is derived by way of itself", names.join(" or "));
+                return Err(self.source.fault(
+                    place,
+                    problem,
+                    "derived predicates without recursion",
+                ));
+            };
+            order.push(next);
+        }
+        let place = |rule: &Derived| {
+            order.iter().position(|(name, arguments)| {
+                *name == rule.predicate && *arguments == rule.parameters.len()
+            })
+        };
+        self.domain.derived.sort_by_key(place);
+        Ok(())
+    }
+
+    fn action(
+        &self,
+        section: &Node,
+        constants: &HashMap<String, Vec<String>>,
+        numbers: &RefCell<Numbers>,
+        kinds: &mut BTreeSet<String>,
+    ) -> Result<Action, PddlFault> {
+        let durative = section.head() == Some(":durative-action");
+        let expected = match durative {
+            false => "(:action NAME :parameters (...) :precondition (...) :effect (...))",
+            true => {
+                "(:durative-action NAME :parameters (...) :duration (...) :condition (...) :effect (...))"
+            }
+        };
         let Some(name) = tail(section).first().and_then(Node::word) else {
             return Err(self.source.unexpected(section, "action", expected));
         };
@@ -263,155 +376,88 @@ impl DomainReader<'_> {
         if self.domain.action(name).is_some() {
             return Err(self.source.twice(section.place, "action", name, "another name"));
         }
-        let mut action = Action {
-            name: name.to_owned(),
-            parameters: Vec::new(),
-            preconditions: Vec::new(),
-            effects: Vec::new(),
-        };
-        let mut parts = tail(section)[1..].iter();
-        let (mut before, mut after) = (None, None);
+        let mut action = Action { name: name.to_owned(), ..Action::default() };
+        let mut parts = tail(section)[1..].iter().peekable();
+        let (mut before, mut after, mut duration) = (None, None, None);
         let mut keys = BTreeSet::new();
         while let Some(key) = parts.next() {
-            let Some(value) = parts.next() else {
-                return Err(self.source.unexpected(key, "complete part of an action", expected));
-            };
             if !keys.insert(key.word()) {
                 let problem = format!("the action `{name}` has a second {}", key.shown());
                 return Err(self.source.fault(key.place, problem, "each part once"));
             }
-            match key.word() {
-                Some(":parameters") if value.list().is_some() => {
-                    action.parameters = self.parameters(value.list().unwrap_or(&[]))?;
+            let empty = |next: &&&Node| next.word().is_some_and(|word| word.starts_with(':'));
+            let known = matches!(
+                key.word(),
+                Some(":parameters" | ":precondition" | ":condition" | ":effect")
+            );
+            if known && parts.peek().is_none_or(|next| empty(&next)) {
+                self.source
+                    .warn(key.place, format!("{} of `{}` is empty", key.shown(), short(name)));
+                continue;
+            }
+            let Some(value) = parts.next() else {
+                return Err(self.source.unexpected(key, "complete part of an action", expected));
+            };
+            match (key.word(), durative) {
+                (Some(":parameters"), _) if value.list().is_some() => {
+                    action.parameters = self.parameters(value.list().unwrap_or(&[]), false)?;
                 }
-                Some(":precondition") => before = Some(value),
-                Some(":effect") => after = Some(value),
+                (Some(":precondition"), false) => before = Some(value),
+                (Some(":precondition" | ":condition"), true) => before = Some(value),
+                (Some(":duration"), true) => duration = Some(value),
+                (Some(":effect"), _) => after = Some(value),
                 _ => return Err(self.source.unexpected(key, "part of an action", expected)),
             }
         }
-        if self.bodies == Bodies::Read {
-            for node in before.map(conjuncts).unwrap_or_default() {
-                action.preconditions.push(self.literal(node, &action.parameters, true)?);
-            }
-            for node in after.map(conjuncts).unwrap_or_default() {
-                action.effects.push(self.literal(node, &action.parameters, false)?);
-            }
+        if self.bodies == Bodies::Skip {
+            return Ok(action);
         }
-        self.domain.actions.push(action);
-        Ok(())
-    }
-
-    fn literal(
-        &self,
-        node: &Node,
-        parameters: &[Typed],
-        condition: bool,
-    ) -> Result<Literal, PddlFault> {
-        let (positive, node) = match (node.head(), tail(node)) {
-            (Some("not"), [inner]) => (false, inner),
-            _ => (true, node),
-        };
-        let Some(name) = node.head() else {
-            let expected = "(PREDICATE ...) or (not (PREDICATE ...))";
-            return Err(self.source.unexpected(node, "literal", expected));
-        };
-        let nodes = tail(node);
-        let wanted = match name == EQUAL && condition {
-            true if nodes.len() != 2 => return Err(self.source.arity(node, nodes.len(), 2)),
-            true => None,
-            false => {
-                let index = self.source.applied(node, &self.domain)?;
-                Some(&self.domain.predicates[index].parameters)
+        let mut scope = Scope::new(self.source, &self.domain, constants, numbers, kinds);
+        scope.variables.clone_from(&action.parameters);
+        if durative {
+            if self.bodies == Bodies::Read {
+                let what = "durative actions are read as instant ones: durations, and what goes on at the same time, are lost";
+                self.source.warn(section.place, what);
             }
-        };
-        let mut arguments = Vec::new();
-        for (index, argument) in nodes.iter().enumerate() {
-            let word = self.source.word(argument, "argument")?;
-            let parameter = parameters.iter().position(|p| p.name == word);
-            let constant = self.domain.constants.iter().find(|c| c.name == word);
-            let (term, kinds) = match (parameter, constant) {
-                (Some(position), _) => (Term::Parameter(position), &parameters[position].types),
-                (None, Some(constant)) => (Term::Constant(word.to_owned()), &constant.types),
-                (None, None) => {
-                    let named = parameters.iter().chain(&self.domain.constants);
-                    let named: Vec<&str> = named.map(|t| t.name.as_str()).collect();
-                    let expected = format!("one of: {}", named.join(", "));
-                    let what = "parameter or constant";
-                    return Err(self.source.unexpected(argument, what, &expected));
-                }
-            };
-            if let Some(wanted) = wanted.map(|w| &w[index].types)
-                && !self.domain.types.fits(kinds, wanted)
-            {
-                return Err(self.source.mistyped(argument, kinds, wanted));
-            }
-            arguments.push(term);
+            scope.durative(&mut action, [duration, before, after])?;
+            return Ok(action);
         }
-        Ok(Literal { positive, atom: Atom { predicate: name.to_owned(), arguments } })
+        if let Some(node) = before {
+            scope.preconditions(node, &mut action)?;
+        }
+        if let Some(node) = after {
+            scope.effects(node, &mut action)?;
+        }
+        Ok(action)
     }
 }
 
-impl Source<'_> {
-    /// Refuses a section with more entries than anybody writes by hand.
-    fn few(&self, section: &Node) -> Result<(), PddlFault> {
-        let found = tail(section).len();
-        if found <= MAX_NAMES {
-            return Ok(());
-        }
-        let problem = format!("{} has {found} entries", section.shown());
-        Err(self.fault(section.place, problem, format!("at most {MAX_NAMES}")))
-    }
+/// Returns the number of variables of a typed list.
+fn count_variables(nodes: &[Node]) -> usize {
+    nodes.iter().filter(|node| node.word().is_some_and(|word| word.starts_with('?'))).count()
+}
 
-    /// Refuses a second declaration of a name.
-    pub fn twice(&self, place: Place, what: &str, name: &str, expected: &str) -> PddlFault {
-        self.fault(place, format!("the {what} `{name}` is declared twice"), expected)
-    }
-
-    fn arity(&self, node: &Node, found: usize, wanted: usize) -> PddlFault {
-        let s = if found == 1 { "" } else { "s" };
-        let problem = format!("{} has {found} argument{s}", node.shown());
-        self.fault(node.place, problem, format!("{wanted}"))
-    }
-
-    pub fn mistyped(&self, node: &Node, kinds: &[String], wanted: &[String]) -> PddlFault {
-        let problem = format!("{} is of type {}", node.shown(), kinds.join(" or "));
-        self.fault(node.place, problem, wanted.join(" or "))
-    }
-
-    /// Returns the position of the name at the head of a node, and refuses another number of arguments. `known` has all names
-    /// and their numbers of arguments.
-    fn applied_to<'d>(
-        &self,
-        node: &Node,
-        what: &str,
-        known: impl Iterator<Item = (&'d str, usize)> + Clone,
-    ) -> Result<usize, PddlFault> {
-        let found = known.clone().enumerate().find(|(_, (name, _))| node.head() == Some(name));
-        let Some((index, (_, wanted))) = found else {
-            let names: Vec<&str> = known.map(|(name, _)| name).collect();
-            return Err(self.unexpected(node, what, &format!("one of: {}", names.join(", "))));
-        };
-        match tail(node).len() {
-            found if found == wanted => Ok(index),
-            found => Err(self.arity(node, found, wanted)),
+/// Reads a rule for a derived predicate.
+fn derived(mut scope: Scope<'_>, section: &Node) -> Result<Derived, PddlFault> {
+    let [head, body] = tail(section) else {
+        return Err(scope.source.unexpected(
+            section,
+            "rule for a derived predicate",
+            "(:derived HEAD CONDITION)",
+        ));
+    };
+    let predicate = head.head().unwrap_or_default().to_owned();
+    let mut parameters = scope.source.variables(tail(head), &scope.domain.types, false)?;
+    // Types may stand in the declaration alone.
+    if let Some(declared) = scope.domain.predicate_of(&predicate, parameters.len()) {
+        let declared = &scope.domain.predicates[declared].parameters;
+        for (own, declared) in parameters.iter_mut().zip(declared) {
+            if own.types == [OBJECT] {
+                own.types.clone_from(&declared.types);
+            }
         }
     }
-
-    /// Returns the position of the predicate of an atom with the right number of arguments.
-    pub fn applied(&self, node: &Node, domain: &Domain) -> Result<usize, PddlFault> {
-        if node.head().is_none() {
-            return Err(self.unexpected(node, "fact", "(PREDICATE OBJECT ...)"));
-        }
-        let known = domain.predicates.iter().map(|p| (p.name.as_str(), p.parameters.len()));
-        self.applied_to(node, "predicate", known)
-    }
-
-    /// Returns the position of the action of a call with the right number of arguments.
-    pub fn called(&self, node: &Node, domain: &Domain) -> Result<usize, PddlFault> {
-        if node.head().is_none() {
-            return Err(self.unexpected(node, "action", "(ACTION OBJECT ...)"));
-        }
-        let known = domain.actions.iter().map(|a| (a.name.as_str(), a.parameters.len()));
-        self.applied_to(node, "action", known)
-    }
+    scope.variables.clone_from(&parameters);
+    let condition = scope.condition(body)?;
+    Ok(Derived { predicate, parameters, condition })
 }

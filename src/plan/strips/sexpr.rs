@@ -1,5 +1,8 @@
 //! Lists in parentheses with the place of every word, and the errors that name a place.
 
+use std::borrow::Cow;
+use std::cell::RefCell;
+
 use thiserror::Error;
 
 /// Greatest length of a text, in bytes: 64 MiB.
@@ -35,14 +38,14 @@ pub(super) struct Place {
 }
 
 /// A word or a list.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Node {
     pub place: Place,
     pub content: Content,
 }
 
 /// Content of a node. Words are in lower case.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum Content {
     Word(String),
     List(Vec<Node>),
@@ -89,17 +92,36 @@ fn short_list(text: String) -> String {
     text.chars().take(2000).chain(", ...".chars()).collect()
 }
 
-fn short(word: &str) -> String {
+pub(super) fn short(word: &str) -> String {
     if word.chars().count() <= 60 {
         return word.to_owned();
     }
     word.chars().take(60).collect::<String>() + "..."
 }
 
-/// A text that is being read, for its errors.
+/// Greatest number of warnings about a text.
+const MAX_WARNINGS: usize = 20;
+
+/// Warnings about a text.
+#[derive(Debug, Default)]
+pub(super) struct Notes(RefCell<(Vec<String>, usize)>);
+
+impl Notes {
+    /// Returns the warnings, in the order in which they were found.
+    pub fn into_warnings(self) -> Vec<String> {
+        let (mut warnings, left_out) = self.0.into_inner();
+        if left_out > 0 {
+            warnings.push(format!("and {left_out} further warnings"));
+        }
+        warnings
+    }
+}
+
+/// A text that is being read, for its errors and warnings.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Source<'a> {
     pub file: &'a str,
+    pub notes: &'a Notes,
 }
 
 impl Source<'_> {
@@ -119,6 +141,49 @@ impl Source<'_> {
         }
     }
 
+    /// Warns about a place. The same is said once.
+    pub fn warn(&self, place: Place, what: impl AsRef<str>) {
+        let what = what.as_ref();
+        let (warnings, left_out) = &mut *self.notes.0.borrow_mut();
+        if warnings.iter().any(|known| known.ends_with(what)) {
+            return;
+        }
+        if warnings.len() < MAX_WARNINGS {
+            let Place { line, column } = place;
+            warnings.push(format!("{}, line {line}, column {column}: {what}", self.file));
+        } else {
+            *left_out += 1;
+        }
+    }
+
+    /// Returns the text, which may be in Latin-1 or UTF-16.
+    fn decoded<'b>(&self, bytes: &'b [u8]) -> Cow<'b, str> {
+        let start = Place { line: 1, column: 1 };
+        let wide = match bytes {
+            [0xff, 0xfe, rest @ ..] => Some((rest, u16::from_le_bytes as fn([u8; 2]) -> u16)),
+            [0xfe, 0xff, rest @ ..] => Some((rest, u16::from_be_bytes as fn([u8; 2]) -> u16)),
+            _ => None,
+        };
+        if let Some((rest, number)) = wide {
+            self.warn(start, "the text is UTF-16, not UTF-8");
+            let units = rest.as_chunks::<2>().0.iter().map(|pair| number(*pair));
+            let read = char::decode_utf16(units);
+            return read
+                .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+                .collect::<String>()
+                .into();
+        }
+        match std::str::from_utf8(bytes) {
+            Ok(text) => Cow::Borrowed(text),
+            Err(error) => {
+                let good = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+                let what = "a byte is no character of UTF-8; the text is read as Latin-1";
+                self.warn(after(start, &good), what);
+                bytes.iter().map(|byte| char::from(*byte)).collect::<String>().into()
+            }
+        }
+    }
+
     /// Reads all lists of a text. Comments begin with `;` and end with the line.
     pub fn nodes(&self, bytes: &[u8]) -> Result<Vec<Node>, PddlFault> {
         let start = Place { line: 1, column: 1 };
@@ -126,16 +191,18 @@ impl Source<'_> {
             let problem = format!("the text has {} bytes", bytes.len());
             return Err(self.fault(start, problem, format!("at most {MAX_BYTES} bytes")));
         }
-        let text = std::str::from_utf8(bytes).map_err(|error| {
-            let good = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-            self.fault(after(start, &good), "a byte is not part of a character", "UTF-8")
-        })?;
+        let text = self.decoded(bytes);
         // Some editors begin a text with a byte order mark.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let mut open: Vec<(Place, Vec<Node>)> = Vec::new();
         let mut done = Vec::new();
-        for (count, (place, word)) in (Words { rest: text, place: start }).enumerate() {
-            if count == MAX_NODES {
+        let mut count = 0;
+        for (place, word) in (Words { rest: text, place: start }) {
+            // A word is several if it has no space before a question mark.
+            let inner = word.match_indices('?').map(|(at, _)| at).filter(|at| *at > 0);
+            let inner: Vec<usize> = inner.take(MAX_NODES).collect();
+            count += 1 + inner.len();
+            if count > MAX_NODES {
                 let expected = format!("at most {MAX_NODES}, or several files");
                 return Err(self.fault(
                     place,
@@ -163,7 +230,19 @@ impl Source<'_> {
                     let problem = format!("the word {word:?} has a control character");
                     return Err(self.fault(place, short(&problem), "letters, digits and signs"));
                 }
-                word => Node { place, content: Content::Word(word.to_ascii_lowercase()) },
+                word if !inner.is_empty() => {
+                    self.warn(place, format!("a space is missing before `?` in `{}`", short(word)));
+                    let ends = inner.iter().copied().chain([word.len()]);
+                    let mut place = place;
+                    for (from, to) in [0].into_iter().chain(inner.iter().copied()).zip(ends) {
+                        let content = Content::Word(word[from..to].to_lowercase());
+                        let node = Node { place, content };
+                        open.last_mut().map_or(&mut done, |(_, nodes)| nodes).push(node);
+                        place = after(place, &word[from..to]);
+                    }
+                    continue;
+                }
+                word => Node { place, content: Content::Word(word.to_lowercase()) },
             };
             match open.last_mut() {
                 Some((_, nodes)) => nodes.push(node),
@@ -229,7 +308,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<Node>, PddlFault> {
-        Source { file: "x.pddl" }.nodes(text.as_bytes())
+        Source { file: "x.pddl", notes: &Notes::default() }.nodes(text.as_bytes())
     }
 
     #[test]

@@ -13,9 +13,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::lists::tail;
 use super::pddl::{Domain, EQUAL};
-use super::read::tail;
-use super::sexpr::{Node, PddlFault, Place, Source};
+use super::sexpr::{Node, Notes, PddlFault, Place, Source};
 
 /// A predicate applied to objects of a trajectory.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -64,7 +64,8 @@ impl Trajectory {
     /// # Errors
     /// The first fault, with its place, what was found and what was expected.
     pub fn parse(bytes: &[u8], file: &str, domain: &Domain) -> Result<Vec<Self>, PddlFault> {
-        let source = Source { file };
+        let notes = Notes::default();
+        let source = Source { file, notes: &notes };
         let nodes = source.nodes(bytes)?;
         if nodes.is_empty() {
             let place = Place { line: 1, column: 1 };

@@ -1,13 +1,18 @@
 //! Checks plans: carries out a plan by the action schemas and says where it fails.
 //!
-//! This does not use the grounded problem, so that it can find faults of the grounding as well as of planners.
+//! This does not use the grounded problem, and judges conditions by their meaning, so that it can find faults of the
+//! compilation and of the grounding as well as of planners.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use thiserror::Error;
 
+use super::formula::Condition;
 use super::ground::Fluent;
-use super::pddl::{Domain, EQUAL, Fact, Problem, Term, Typed};
+use super::pddl::{Domain, Fact, Problem, Typed};
+use super::sexpr::short;
+use super::truth::{State, World};
+use super::write::ShownCondition;
 
 /// Why a plan is not valid.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -34,7 +39,7 @@ pub enum PlanFault {
         condition: String,
     },
     /// The goal does not hold after the last step.
-    #[error("after the last step, {} of the goal does not hold", .missing.join(" and "))]
+    #[error("after the last step, {} of the goal {}", few(.missing), if .missing.len() == 1 { "does not hold" } else { "do not hold" })]
     Goal {
         /// The parts of the goal that do not hold.
         missing: Vec<String>,
@@ -52,7 +57,8 @@ pub fn validate<'s>(
 ) -> Result<BTreeSet<Fact>, PlanFault> {
     let objects: BTreeMap<&str, &Typed> =
         domain.constants.iter().chain(&problem.objects).map(|o| (o.name.as_str(), o)).collect();
-    let mut state: BTreeSet<Fact> = problem.init.iter().cloned().collect();
+    let world = World::new(domain, problem);
+    let mut state = State::new(problem.init.iter().cloned().collect());
     for (index, call) in plan.into_iter().enumerate() {
         let step = index + 1;
         let no = |reason: String| PlanFault::NoAction { step, action: call.into(), reason };
@@ -72,7 +78,7 @@ pub fn validate<'s>(
         for (argument, parameter) in arguments.iter().zip(&action.parameters) {
             match objects.get(argument) {
                 None => return Err(no(format!("`{argument}` is no object"))),
-                Some(object) if !domain.types.fits(&object.types, &parameter.types) => {
+                Some(object) if !domain.types.may_be(&object.types, &parameter.types) => {
                     let kinds = (object.types.join(" or "), parameter.types.join(" or "));
                     let reason =
                         format!("`{argument}` is of type {}; expected {}", kinds.0, kinds.1);
@@ -81,36 +87,48 @@ pub fn validate<'s>(
                 Some(_) => {}
             }
         }
-        let word = |term: &Term| match term {
-            Term::Parameter(position) => {
-                arguments.get(*position).copied().unwrap_or_default().to_owned()
-            }
-            Term::Constant(name) => name.clone(),
-        };
-        let fact = |atom: &super::pddl::Atom| Fact {
-            predicate: atom.predicate.clone(),
-            arguments: atom.arguments.iter().map(word).collect(),
-        };
+        let names: Vec<&str> = action.parameters.iter().map(|p| p.name.as_str()).collect();
         for condition in &action.preconditions {
-            let fact = fact(&condition.atom);
-            let holds = match fact.predicate == EQUAL {
-                true => fact.arguments.first() == fact.arguments.get(1),
-                false => state.contains(&fact),
-            };
-            if holds != condition.positive {
+            if !world.literal(condition, &arguments, &mut state) {
+                let fact = World::fact(&condition.atom, &arguments);
                 let condition = Fluent { fact, holds: condition.positive }.to_string();
                 return Err(PlanFault::Unmet { step, action: call.into(), condition });
             }
         }
-        for effect in action.effects.iter().filter(|effect| !effect.positive) {
-            state.remove(&fact(&effect.atom));
+        for condition in &action.conditions {
+            if !world.holds(condition, &mut arguments.clone(), &mut state) {
+                let condition = short(&ShownCondition(condition, &names).to_string());
+                return Err(PlanFault::Unmet { step, action: call.into(), condition });
+            }
         }
-        for effect in action.effects.iter().filter(|effect| effect.positive) {
-            state.insert(fact(&effect.atom));
+        world.apply(action, &arguments, &mut state);
+    }
+    let mut missing = Vec::new();
+    for (holds, fact) in &problem.goal {
+        let atom = super::Atom {
+            predicate: fact.predicate.clone(),
+            arguments: fact.arguments.iter().cloned().map(super::Term::Constant).collect(),
+        };
+        if !world.literal(&super::Literal { positive: *holds, atom }, &[], &mut state) {
+            missing.push(Fluent { fact: fact.clone(), holds: *holds }.to_string());
         }
     }
-    let unmet = problem.goal.iter().filter(|(holds, fact)| state.contains(fact) != *holds);
-    let show = |(holds, fact): &(bool, Fact)| Fluent { fact: fact.clone(), holds: *holds };
-    let missing: Vec<String> = unmet.map(|goal| show(goal).to_string()).collect();
-    if missing.is_empty() { Ok(state) } else { Err(PlanFault::Goal { missing }) }
+    let of_goal = |condition: &Condition| short(&ShownCondition(condition, &[]).to_string());
+    for condition in &problem.conditions {
+        if !world.holds(condition, &mut Vec::new(), &mut state) {
+            missing.push(of_goal(condition));
+        }
+    }
+    if missing.is_empty() { Ok(state.facts) } else { Err(PlanFault::Goal { missing }) }
+}
+
+/// Greatest number of parts of a goal that a sentence names.
+const FEW: usize = 3;
+
+/// Joins the first parts of a goal, and says how many more there are.
+fn few(parts: &[String]) -> String {
+    match parts.len().saturating_sub(FEW) {
+        0 => parts.join(" and "),
+        more => format!("{} and {more} more", parts[..FEW].join(", ")),
+    }
 }

@@ -2,7 +2,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::pddl::{Action, Domain, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed};
+use super::formula::{Comparison, Condition, Derived, Expression, Operation};
+use super::pddl::{Action, Atom, Domain, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed};
 
 /// Prints typed names: `a b - t c - (either t u)`. Names of type `object` stand without a type if all do.
 struct TypedList<'a>(&'a [Typed]);
@@ -36,19 +37,90 @@ pub struct Shown<'a> {
 
 impl Display for Shown<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let atom = &self.literal.atom;
-        f.write_str(if self.literal.positive { "(" } else { "(not (" })?;
-        f.write_str(&atom.predicate)?;
-        for term in &atom.arguments {
-            match term {
-                Term::Constant(name) => write!(f, " {name}")?,
-                Term::Parameter(position) => match self.parameters.get(*position) {
-                    Some(parameter) => write!(f, " {}", parameter.name)?,
-                    None => write!(f, " ?{position}")?,
-                },
+        let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+        literal(f, self.literal, &names)
+    }
+}
+
+fn literal(f: &mut Formatter<'_>, literal: &Literal, names: &[&str]) -> fmt::Result {
+    f.write_str(if literal.positive { "" } else { "(not " })?;
+    atom(f, &literal.atom, names)?;
+    f.write_str(if literal.positive { "" } else { ")" })
+}
+
+fn atom(f: &mut Formatter<'_>, atom: &Atom, names: &[&str]) -> fmt::Result {
+    write!(f, "({}", atom.predicate)?;
+    for term in &atom.arguments {
+        match term {
+            Term::Constant(name) => write!(f, " {name}")?,
+            Term::Parameter(position) => match names.get(*position) {
+                Some(name) => write!(f, " {name}")?,
+                None => write!(f, " ?{position}")?,
+            },
+        }
+    }
+    f.write_str(")")
+}
+
+/// A condition with the names of its parameters.
+pub(super) struct ShownCondition<'a>(pub &'a Condition, pub &'a [&'a str]);
+
+impl Display for ShownCondition<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self(shown, names) = self;
+        match shown {
+            Condition::Literal(l) => literal(f, l, names),
+            Condition::Compare(comparison, left, right) => {
+                let sign = match comparison {
+                    Comparison::Less => "<",
+                    Comparison::AtMost => "<=",
+                    Comparison::Equal => "=",
+                    Comparison::AtLeast => ">=",
+                    Comparison::Greater => ">",
+                };
+                write!(f, "({sign} ")?;
+                expression(f, left, names)?;
+                f.write_str(" ")?;
+                expression(f, right, names)?;
+                f.write_str(")")
+            }
+            Condition::Not(inner) => write!(f, "(not {})", ShownCondition(inner, names)),
+            Condition::All(parts) | Condition::Any(parts) => {
+                f.write_str(if matches!(shown, Condition::All(_)) { "(and" } else { "(or" })?;
+                parts.iter().try_for_each(|part| write!(f, " {}", ShownCondition(part, names)))?;
+                f.write_str(")")
+            }
+            Condition::Exists(variables, inner) | Condition::Forall(variables, inner) => {
+                let exists = matches!(shown, Condition::Exists(..));
+                let all: Vec<&str> = names
+                    .iter()
+                    .copied()
+                    .chain(variables.iter().map(|v| v.name.as_str()))
+                    .collect();
+                let word = if exists { "exists" } else { "forall" };
+                write!(f, "({word} ({}) {})", TypedList(variables), ShownCondition(inner, &all))
             }
         }
-        f.write_str(if self.literal.positive { ")" } else { "))" })
+    }
+}
+
+fn expression(f: &mut Formatter<'_>, shown: &Expression, names: &[&str]) -> fmt::Result {
+    match shown {
+        Expression::Number(number) => write!(f, "{number}"),
+        Expression::Function(function) => atom(f, function, names),
+        Expression::Binary(operation, left, right) => {
+            let sign = match operation {
+                Operation::Add => "+",
+                Operation::Subtract => "-",
+                Operation::Multiply => "*",
+                Operation::Divide => "/",
+            };
+            write!(f, "({sign} ")?;
+            expression(f, left, names)?;
+            f.write_str(" ")?;
+            expression(f, right, names)?;
+            f.write_str(")")
+        }
     }
 }
 
@@ -67,24 +139,56 @@ impl Display for Fact {
     }
 }
 
-/// Writes `(and ...)` with one literal per line.
-fn conjunction(f: &mut Formatter<'_>, literals: &[Literal], parameters: &[Typed]) -> fmt::Result {
-    f.write_str("(and")?;
-    for literal in literals {
-        write!(f, "\n      {}", Shown { literal, parameters })?;
-    }
-    f.write_str(")")
-}
-
 impl Display for Action {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "  (:action {}", self.name)?;
         writeln!(f, "    :parameters ({})", TypedList(&self.parameters))?;
-        f.write_str("    :precondition ")?;
-        conjunction(f, &self.preconditions, &self.parameters)?;
-        f.write_str("\n    :effect ")?;
-        conjunction(f, &self.effects, &self.parameters)?;
-        f.write_str(")")
+        let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+        f.write_str("    :precondition (and")?;
+        for needed in &self.preconditions {
+            f.write_str("\n      ")?;
+            literal(f, needed, &names)?;
+        }
+        for condition in &self.conditions {
+            write!(f, "\n      {}", ShownCondition(condition, &names))?;
+        }
+        f.write_str(")\n    :effect (and")?;
+        for effect in &self.effects {
+            f.write_str("\n      ")?;
+            literal(f, effect, &names)?;
+        }
+        for effect in &self.conditional {
+            let own = effect.variables.iter().map(|v| v.name.as_str());
+            let all: Vec<&str> = names.iter().copied().chain(own).collect();
+            f.write_str("\n      ")?;
+            for variable in &effect.variables {
+                write!(f, "(forall ({}) ", TypedList(std::slice::from_ref(variable)))?;
+            }
+            write!(f, "(when {} (and", ShownCondition(&effect.condition, &all))?;
+            for effect in &effect.effects {
+                f.write_str(" ")?;
+                literal(f, effect, &all)?;
+            }
+            f.write_str("))")?;
+            effect.variables.iter().try_for_each(|_| f.write_str(")"))?;
+        }
+        for increase in &self.increases {
+            f.write_str("\n      (increase ")?;
+            atom(f, &increase.function, &names)?;
+            f.write_str(" ")?;
+            expression(f, &increase.amount, &names)?;
+            f.write_str(")")?;
+        }
+        f.write_str("))")
+    }
+}
+
+impl Display for Derived {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+        let gap = if self.parameters.is_empty() { "" } else { " " };
+        write!(f, "  (:derived ({}{gap}{})", self.predicate, TypedList(&self.parameters))?;
+        write!(f, "\n    {})", ShownCondition(&self.condition, &names))
     }
 }
 
@@ -102,14 +206,26 @@ impl Domain {
             writeln!(f, "  (:constants {})", TypedList(&self.constants))?;
         }
         f.write_str("  (:predicates")?;
-        self.predicates.iter().try_for_each(|p| write!(f, "\n    {p}"))?;
-        f.write_str(")\n")
+        let mut declared = self.predicates.iter().filter(|p| !p.of_type);
+        declared.try_for_each(|p| write!(f, "\n    {p}"))?;
+        f.write_str(")\n")?;
+        if !self.functions.is_empty() {
+            f.write_str("  (:functions")?;
+            for function in &self.functions {
+                let gap = if function.parameters.is_empty() { "" } else { " " };
+                write!(f, "\n    ({}{gap}{})", function.name, TypedList(&function.parameters))?;
+                f.write_str(" - number")?;
+            }
+            f.write_str(")\n")?;
+        }
+        Ok(())
     }
 }
 
 impl Display for Domain {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.write_head(f)?;
+        self.derived.iter().try_for_each(|rule| writeln!(f, "\n{rule}"))?;
         self.actions.iter().try_for_each(|action| writeln!(f, "\n{action}"))?;
         f.write_str(")\n")
     }
@@ -121,11 +237,21 @@ impl Display for Problem {
         writeln!(f, "  (:objects {})", TypedList(&self.objects))?;
         f.write_str("  (:init")?;
         self.init.iter().try_for_each(|fact| write!(f, "\n    {fact}"))?;
+        for (function, value) in &self.numbers {
+            write!(f, "\n    (= {function} {value})")?;
+        }
         f.write_str(")\n  (:goal (and")?;
         for (holds, fact) in &self.goal {
             let (begin, end) = if *holds { ("", "") } else { ("(not ", ")") };
             write!(f, "\n    {begin}{fact}{end}")?;
         }
-        f.write_str(")))\n")
+        for condition in &self.conditions {
+            write!(f, "\n    {}", ShownCondition(condition, &[]))?;
+        }
+        f.write_str("))")?;
+        if let Some(function) = &self.metric {
+            write!(f, "\n  (:metric minimize {function})")?;
+        }
+        f.write_str(")\n")
     }
 }

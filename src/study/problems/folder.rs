@@ -51,7 +51,7 @@ impl ProblemFiles {
 /// # Errors
 /// [`TaskError::File`] for a folder or file that cannot be read, or for a folder of more than 20,000 entries;
 /// [`TaskError::Problem`] beyond [`MAX_PROBLEMS`], for two problems of one name, a problem without domain, a folder without
-/// problems, and PDDL that is no typed STRIPS.
+/// problems, and PDDL that is not read.
 pub fn problems_in(folder: &Path) -> Result<Vec<ProblemFiles>, TaskError> {
     let mut found = Vec::new();
     search(folder, String::new(), DEPTH, &mut found)?;

@@ -86,7 +86,7 @@ impl PlanningProblem {
     /// Reads a domain and a problem from PDDL.
     ///
     /// # Errors
-    /// [`TaskError::Problem`] for text that is no typed STRIPS, and as [`new`](Self::new).
+    /// [`TaskError::Problem`] for text that is not read as PDDL, and as [`new`](Self::new).
     pub fn parse(domain: &str, problem: &str) -> Result<Self, TaskError> {
         let (domain, problem) =
             read([("domain.pddl", domain.as_bytes()), ("problem.pddl", problem.as_bytes())])?;
@@ -98,8 +98,7 @@ impl PlanningProblem {
     /// # Panics
     /// If an operator is outside the problem.
     pub(crate) fn valid_length(&self, plan: impl IntoIterator<Item = usize>) -> Option<usize> {
-        let operators = &self.grounded.operators;
-        let plan: Vec<&str> = plan.into_iter().map(|a| operators[a].name.as_str()).collect();
+        let plan = self.grounded.steps(plan);
         validate(&self.domain, &self.problem, plan.iter().copied()).ok().map(|_| plan.len())
     }
 }

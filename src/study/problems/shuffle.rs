@@ -57,11 +57,22 @@ impl PlanningProblem {
             fact.arguments.iter_mut().for_each(|name| objects.change(name));
         };
         domain.predicates.iter_mut().for_each(|p| predicates.change(&mut p.name));
+        for rule in &mut domain.derived {
+            predicates.change(&mut rule.predicate);
+            rule.condition.literals_mut(&mut |literal| atom(&mut literal.atom));
+        }
         domain.constants.iter_mut().for_each(|o| objects.change(&mut o.name));
         for action in &mut domain.actions {
             actions.change(&mut action.name);
             action.preconditions.iter_mut().for_each(|literal| atom(&mut literal.atom));
             action.effects.iter_mut().for_each(|literal| atom(&mut literal.atom));
+            for condition in &mut action.conditions {
+                condition.literals_mut(&mut |literal| atom(&mut literal.atom));
+            }
+            for effect in &mut action.conditional {
+                effect.condition.literals_mut(&mut |literal| atom(&mut literal.atom));
+                effect.effects.iter_mut().for_each(|literal| atom(&mut literal.atom));
+            }
             action.preconditions.shuffle(rng);
             action.effects.shuffle(rng);
         }
@@ -70,6 +81,9 @@ impl PlanningProblem {
         problem.objects.iter_mut().for_each(|o| objects.change(&mut o.name));
         problem.init.iter_mut().for_each(fact);
         problem.goal.iter_mut().for_each(|(_, goal)| fact(goal));
+        for condition in &mut problem.conditions {
+            condition.literals_mut(&mut |literal| atom(&mut literal.atom));
+        }
         problem.objects.shuffle(rng);
         problem.init.shuffle(rng);
         problem.goal.shuffle(rng);

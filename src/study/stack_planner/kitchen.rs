@@ -1,7 +1,7 @@
 //! Kitchens: what there is, what each action needs and does, and what the planner is told about it.
 
 use crate::plan::goal_sets::StripsWorld;
-use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded};
+use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded, Number};
 use crate::sim::SimDuration;
 use crate::task::TaskError;
 
@@ -155,6 +155,7 @@ impl Kitchen {
             preconditions: action.needs.clone(),
             adds: vec![action.adds],
             deletes: action.deletes.clone(),
+            cost: Number::default(),
         });
         let problem = Grounded {
             fluents: fluents

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{Names, Written};
 use crate::plan::strips::{
     Action, Atom, Domain, Fact, Fluent, GroundOperator, Grounded, Literal, Predicate, Problem,
-    Types,
 };
 
 /// Writes a grounded problem. A fluent that says that a fact does not hold becomes a negative condition.
@@ -43,6 +42,7 @@ pub fn of_grounded(problem: &Grounded, name: &str) -> Written {
             parameters: Vec::new(),
             preconditions: needs.collect(),
             effects: effects(operator),
+            ..Action::default()
         }
     });
     let actions: Vec<Action> = actions.collect();
@@ -62,17 +62,17 @@ pub fn of_grounded(problem: &Grounded, name: &str) -> Written {
         objects: Vec::new(),
         init: holding.into_iter().map(plain).collect(),
         goal: problem.goal.iter().map(|f| (facts[*f].1, plain(&facts[*f].0))).collect(),
+        ..Problem::default()
     };
     let domain = Domain {
         name: own,
         requirements: [":strips", ":negative-preconditions"].map(str::to_owned).into(),
-        types: Types::default(),
-        constants: Vec::new(),
         predicates: predicates
             .into_iter()
-            .map(|name| Predicate { name, parameters: Vec::new() })
+            .map(|name| Predicate { name, ..Predicate::default() })
             .collect(),
         actions,
+        ..Domain::default()
     };
     let mut renamed = names.renamed();
     renamed.extend(calls.renamed());

@@ -162,8 +162,11 @@ impl<'p> Text<'p> {
                 parameters.push(typed("?reference", kind));
             }
             for name in &text.places[s] {
-                text.predicates
-                    .push(Predicate { name: name.clone(), parameters: parameters.clone() });
+                text.predicates.push(Predicate {
+                    name: name.clone(),
+                    parameters: parameters.clone(),
+                    of_type: false,
+                });
             }
         }
         text
@@ -201,18 +204,18 @@ impl<'p> Text<'p> {
         preconditions.extend(literals(&way.lacks, false));
         let ends = way.ends.difference(&way.begins).copied().collect();
         let effects = [literals(&ends, false), literals(&way.begins, true)].concat();
-        Action { name: self.calls.fresh(&name), parameters: Vec::new(), preconditions, effects }
+        Action { name: self.calls.fresh(&name), preconditions, effects, ..Action::default() }
     }
 
     /// Returns the action that ends the moves.
     fn finish(&mut self) -> Action {
         let moving = self.moving.clone();
-        self.predicates.push(Predicate { name: moving.clone(), parameters: Vec::new() });
+        self.predicates.push(Predicate { name: moving.clone(), ..Predicate::default() });
         Action {
             name: self.calls.fresh("finish"),
-            parameters: Vec::new(),
             preconditions: vec![call(&moving, &[], true)],
             effects: vec![call(&moving, &[], false)],
+            ..Action::default()
         }
     }
 
@@ -225,10 +228,14 @@ impl<'p> Text<'p> {
     fn count(&mut self, t: usize, term: &Counted) -> Vec<Action> {
         let counters: Vec<String> = (0..=term.least).map(|k| self.counter(t, k)).collect();
         let done = self.names.fresh(&format!("goal-{}-has", t + 1));
-        let plain = |name: &String| Predicate { name: name.clone(), parameters: Vec::new() };
+        let plain = |name: &String| Predicate { name: name.clone(), ..Predicate::default() };
         self.predicates.extend(counters.iter().map(plain));
         let any = Typed { name: "?object".into(), types: vec![OBJECT.into()] };
-        self.predicates.push(Predicate { name: done.clone(), parameters: vec![any] });
+        self.predicates.push(Predicate {
+            name: done.clone(),
+            parameters: vec![any],
+            of_type: false,
+        });
         let mut actions = Vec::new();
         for pair in counters.windows(2) {
             for facts in &term.candidates {
@@ -246,7 +253,7 @@ impl<'p> Text<'p> {
                     call(&pair[1], &[], true),
                     call(&done, &[&object], true),
                 ];
-                actions.push(Action { name, parameters: Vec::new(), preconditions, effects });
+                actions.push(Action { name, preconditions, effects, ..Action::default() });
             }
         }
         actions
@@ -276,6 +283,7 @@ impl<'p> Text<'p> {
             constants,
             predicates: self.predicates,
             actions,
+            ..Domain::default()
         };
         let problem = strips::Problem {
             name: format!("{name}-problem"),
@@ -283,6 +291,7 @@ impl<'p> Text<'p> {
             objects: Vec::new(),
             init,
             goal,
+            ..strips::Problem::default()
         };
         let mut renamed = self.names.renamed();
         renamed.extend(self.types.renamed());

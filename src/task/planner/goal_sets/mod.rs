@@ -11,7 +11,7 @@ use crate::neurons::PopulationPlan;
 use crate::plan::goal_sets::{
     GoalSetGraph, GoalSetPorts, Mutexes, Regression, check_units, phase_names,
 };
-use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded};
+use crate::plan::strips::{Fact, Fluent, GroundOperator, Grounded, Number};
 use crate::sim::{
     Graph, GraphBuilder, InputSpec, OutputSpec, Real, Seed, SimDuration, Synapse, Timebase, Vector,
     WorldLink,
@@ -214,7 +214,8 @@ fn grounded(domain: &Domain, rules: Rules) -> (Grounded, Vec<(StateId, bool)>) {
         let mut adds = sorted([own(&o.effects), not(&gone)].concat());
         adds.retain(|f| !preconditions.contains(f));
         let deletes = sorted([own(&gone), not(&o.effects)].concat());
-        GroundOperator { action, name: o.name.clone(), preconditions, adds, deletes }
+        let (name, cost) = (o.name.clone(), Number::default());
+        GroundOperator { action, name, preconditions, adds, deletes, cost }
     });
     let operators = operators.collect();
     let start = (0..fluents.len()).collect();

@@ -1,0 +1,514 @@
+//! Reads conditions, effects and numeric expressions.
+
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
+use std::rc::Rc;
+
+use super::formula::{
+    Comparison, Condition, ConditionalEffect, Expression, Function, Increase, Number, Operation,
+};
+use super::lists::{meant, tail};
+use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
+use super::sexpr::{Node, PddlFault, Place, Source, short};
+
+/// Conditions on trajectories, which PDDL 3 has.
+const MODAL: [&str; 10] = [
+    "always",
+    "sometime",
+    "within",
+    "at-most-once",
+    "sometime-after",
+    "sometime-before",
+    "always-within",
+    "hold-during",
+    "hold-after",
+    "preference",
+];
+
+/// Greatest number of arguments that a sum or a product may have.
+const MAX_OPERANDS: usize = 32;
+
+/// The functions that conditions compare and that actions change.
+#[derive(Debug, Default)]
+pub(super) struct Numbers {
+    compared: Vec<(Place, String)>,
+    changed: Vec<(Place, String)>,
+}
+
+impl Numbers {
+    /// Marks the functions that change. Refuses a comparison of one, because it is not known at grounding.
+    pub fn finish(self, source: Source<'_>, domain: &mut Domain) -> Result<(), PddlFault> {
+        for (place, name) in &self.changed {
+            match domain.functions.iter_mut().find(|f| f.name == *name) {
+                Some(function) => function.changes = true,
+                // Only a cost may be undeclared.
+                None => domain.functions.push(Function {
+                    name: name.clone(),
+                    parameters: Vec::new(),
+                    changes: true,
+                }),
+            }
+            if let Some((place, _)) = self.compared.iter().find(|(_, compared)| compared == name) {
+                return Err(source.numeric(*place, name));
+            }
+            if name != TOTAL_COST {
+                let what = format!(
+                    "changes of the number `{}` decide nothing and are ignored",
+                    short(name)
+                );
+                source.warn(*place, what);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Name of the function that is the cost of a plan.
+pub(super) const TOTAL_COST: &str = "total-cost";
+
+impl Source<'_> {
+    /// Refuses a condition on a number that actions change.
+    pub fn numeric(&self, place: Place, name: &str) -> PddlFault {
+        let problem = format!(
+            "the condition depends on the numeric fluent `{}`, which actions change; of those only costs are read",
+            short(name)
+        );
+        self.fault(place, problem, "a condition on predicates")
+    }
+}
+
+/// Greatest number of literals in the conditions of all effects of an action.
+const MAX_COPIED: usize = 200_000;
+
+/// What is around an effect.
+#[derive(Clone)]
+struct Under {
+    /// Number of variables that are not quantified.
+    own: usize,
+    conditions: Vec<Rc<Condition>>,
+    /// The conditional effect that further literals belong to.
+    open: Option<usize>,
+}
+
+/// The names that a condition or effect may use.
+pub(super) struct Scope<'a> {
+    pub source: Source<'a>,
+    pub domain: &'a Domain,
+    /// Types of the constants and objects.
+    objects: &'a HashMap<String, Vec<String>>,
+    /// Parameters and quantified variables, from the outermost.
+    pub variables: Vec<Typed>,
+    /// The value of `?duration`.
+    pub duration: Option<Expression>,
+    numbers: &'a RefCell<Numbers>,
+    /// Types that are used as predicates.
+    kinds: &'a mut BTreeSet<String>,
+    /// Number of literals in the conditions of effects.
+    copied: usize,
+}
+
+impl<'a> Scope<'a> {
+    pub fn new(
+        source: Source<'a>,
+        domain: &'a Domain,
+        objects: &'a HashMap<String, Vec<String>>,
+        numbers: &'a RefCell<Numbers>,
+        kinds: &'a mut BTreeSet<String>,
+    ) -> Self {
+        Self {
+            source,
+            domain,
+            objects,
+            variables: Vec::new(),
+            duration: None,
+            numbers,
+            kinds,
+            copied: 0,
+        }
+    }
+
+    /// Reads the precondition of an action.
+    pub fn preconditions(&mut self, node: &Node, action: &mut Action) -> Result<(), PddlFault> {
+        let condition = self.condition(node)?;
+        split(condition, &mut |literal| action.preconditions.push(literal), &mut action.conditions);
+        Ok(())
+    }
+
+    /// Reads a condition.
+    pub fn condition(&mut self, node: &Node) -> Result<Condition, PddlFault> {
+        let rest = tail(node);
+        let head = match (node.list(), node.head()) {
+            (Some([]), _) => return Ok(Condition::All(Vec::new())),
+            (_, head) => head.unwrap_or_default(),
+        };
+        let known = self.domain.predicate(head).is_some();
+        match (head, rest) {
+            ("and", _) => Ok(Condition::All(self.all(rest)?)),
+            ("or", _) => Ok(Condition::Any(self.all(rest)?)),
+            ("not", [inner]) => Ok(not(self.condition(inner)?)),
+            ("imply", [from, to]) => {
+                let from = self.condition(from)?;
+                Ok(Condition::Any(vec![not(from), self.condition(to)?]))
+            }
+            ("exists" | "forall", [variables, body @ ..]) if !body.is_empty() => {
+                let depth = self.quantify(variables)?;
+                let inner = match body {
+                    [inner] => self.condition(inner),
+                    // Some leave out the `and`.
+                    several => self.all(several).map(Condition::All),
+                };
+                let variables = self.variables.split_off(depth);
+                let inner = Box::new(inner?);
+                Ok(match head {
+                    "exists" => Condition::Exists(variables, inner),
+                    _ => Condition::Forall(variables, inner),
+                })
+            }
+            ("not" | "imply" | "exists" | "forall", _) => {
+                let expected = match head {
+                    "not" => "(not CONDITION)",
+                    "imply" => "(imply CONDITION CONDITION)",
+                    _ => "(forall (?VARIABLE - TYPE ...) CONDITION)",
+                };
+                Err(self.source.unexpected(node, "complete condition", expected))
+            }
+            (EQUAL, [left, right]) if !(self.is_object(left) && self.is_object(right)) => {
+                self.compare(Comparison::Equal, left, right)
+            }
+            ("<", [left, right]) => self.compare(Comparison::Less, left, right),
+            ("<=", [left, right]) => self.compare(Comparison::AtMost, left, right),
+            (">=", [left, right]) => self.compare(Comparison::AtLeast, left, right),
+            (">", [left, right]) => self.compare(Comparison::Greater, left, right),
+            ("when", _) if !known => {
+                let expected = "(imply CONDITION CONDITION)";
+                Err(self.source.unexpected(node, "condition: `when` is for effects", expected))
+            }
+            (modal, _) if !known && MODAL.contains(&modal) => {
+                let problem = format!(
+                    "`({modal} ...)` is a preference or a constraint on the states along a plan, which this planner does not have"
+                );
+                Err(self.source.fault(node.place, problem, "conditions on one state"))
+            }
+            _ => Ok(Condition::Literal(self.atom(node, true)?)),
+        }
+    }
+
+    /// Returns whether a node names an object or a variable, and no number.
+    fn is_object(&self, node: &Node) -> bool {
+        let named = |word: &str| self.objects.contains_key(word) || word.parse::<f64>().is_err();
+        node.word().is_some_and(|word| named(word) && word != "?duration")
+    }
+
+    fn all(&mut self, nodes: &[Node]) -> Result<Vec<Condition>, PddlFault> {
+        nodes.iter().map(|node| self.condition(node)).collect()
+    }
+
+    /// Adds the variables of a quantifier. Returns how many there were before.
+    fn quantify(&mut self, node: &Node) -> Result<usize, PddlFault> {
+        let Some(nodes) = node.list() else {
+            return Err(self.source.unexpected(
+                node,
+                "list of variables",
+                "(?VARIABLE - TYPE ...)",
+            ));
+        };
+        let variables = self.source.variables(nodes, &self.domain.types, false)?;
+        let depth = self.variables.len();
+        self.variables.extend(variables);
+        Ok(depth)
+    }
+
+    /// Reads an atom. Only conditions may compare objects.
+    fn atom(&mut self, node: &Node, condition: bool) -> Result<Literal, PddlFault> {
+        let Some(name) = node.head() else {
+            let expected = "(PREDICATE ...) or (not (PREDICATE ...))";
+            return Err(self.source.unexpected(node, "literal", expected));
+        };
+        let nodes = tail(node);
+        let domain = self.domain;
+        let kind = condition && nodes.len() == 1 && domain.predicate(name).is_none();
+        let wanted: Option<&[Typed]> = if name == EQUAL && condition {
+            if nodes.len() != 2 {
+                return Err(self.source.arity(node, nodes.len(), 2));
+            }
+            None
+        } else if kind && domain.types.contains(name) {
+            self.source
+                .warn(node.place, format!("the type `{}` is used as a predicate", short(name)));
+            self.kinds.insert(name.to_owned());
+            None
+        } else {
+            let index = self.source.applied(node, domain)?;
+            Some(&domain.predicates[index].parameters)
+        };
+        let arguments = self.terms(nodes, wanted)?;
+        Ok(Literal { positive: true, atom: Atom { predicate: name.to_owned(), arguments } })
+    }
+
+    /// Reads variables and objects, and checks their types.
+    fn terms(&self, nodes: &[Node], wanted: Option<&[Typed]>) -> Result<Vec<Term>, PddlFault> {
+        let mut terms = Vec::new();
+        for (index, argument) in nodes.iter().enumerate() {
+            let word = self.source.word(argument, "argument")?;
+            // The innermost variable of a name counts.
+            let variable = self.variables.iter().rposition(|p| p.name == word);
+            let (term, kinds) = match (variable, self.objects.get(word)) {
+                (Some(position), _) => (Term::Parameter(position), &self.variables[position].types),
+                (None, Some(types)) => (Term::Constant(word.to_owned()), types),
+                (None, None) => return Err(self.unknown(argument, word)),
+            };
+            if let Some(wanted) = wanted.and_then(|wanted| wanted.get(index)) {
+                self.source.fitting(argument, kinds, &wanted.types, &self.domain.types)?;
+            }
+            terms.push(term);
+        }
+        Ok(terms)
+    }
+
+    fn unknown(&self, node: &Node, word: &str) -> PddlFault {
+        let mut named: Vec<&str> = self.variables.iter().map(|v| v.name.as_str()).collect();
+        let constants = self.domain.constants.iter().map(|c| c.name.as_str());
+        named.extend(constants.take(200));
+        let near = meant(word, named.iter().copied());
+        let expected = match named.is_empty() {
+            true => "an object of :objects or :constants".to_owned(),
+            false => format!("one of: {}{near}", named.join(", ")),
+        };
+        let what = if self.variables.is_empty() { "object" } else { "parameter or constant" };
+        self.source.unexpected(node, what, &expected)
+    }
+
+    /// Reads the effect of an action.
+    pub fn effects(&mut self, node: &Node, action: &mut Action) -> Result<(), PddlFault> {
+        let under = &mut Under { own: self.variables.len(), conditions: Vec::new(), open: None };
+        self.effect(node, under, action)
+    }
+
+    fn effect(
+        &mut self,
+        node: &Node,
+        under: &mut Under,
+        action: &mut Action,
+    ) -> Result<(), PddlFault> {
+        let rest = tail(node);
+        let head = match (node.list(), node.head()) {
+            (Some([]), _) => return Ok(()),
+            (_, head) => head.unwrap_or_default(),
+        };
+        let known = self.domain.predicate(head).is_some();
+        match (head, rest) {
+            ("and", _) => rest.iter().try_for_each(|part| self.effect(part, under, action)),
+            ("forall", [variables, body @ ..]) if !body.is_empty() => {
+                let depth = self.quantify(variables)?;
+                let mut under = Under { open: None, ..under.clone() };
+                let mut parts = body.iter();
+                let read = parts.try_for_each(|part| self.effect(part, &mut under, action));
+                self.variables.truncate(depth);
+                read
+            }
+            ("when", [condition, effect]) => {
+                let condition = self.condition(condition)?;
+                let mut under = Under { open: None, ..under.clone() };
+                under.conditions.push(Rc::new(condition));
+                self.effect(effect, &mut under, action)
+            }
+            ("forall" | "when", _) => {
+                let expected = "(when CONDITION EFFECT) or (forall (?VARIABLE - TYPE ...) EFFECT)";
+                Err(self.source.unexpected(node, "complete effect", expected))
+            }
+            (
+                "increase" | "decrease" | "assign" | "scale-up" | "scale-down",
+                [function, amount],
+            ) if !known => {
+                let alone = under.conditions.is_empty() && self.variables.len() == under.own;
+                self.change(node, [function, amount], alone, action)
+            }
+            ("probabilistic" | "oneof" | "unknown" | "or", _) if !known => {
+                let problem = format!(
+                    "`({head} ...)` makes the effect uncertain, and this planner needs effects that are certain"
+                );
+                Err(self.source.fault(
+                    node.place,
+                    problem,
+                    "(PREDICATE ...) or (not (PREDICATE ...))",
+                ))
+            }
+            _ => self.literal_effect(node, under, action),
+        }
+    }
+
+    fn literal_effect(
+        &mut self,
+        node: &Node,
+        under: &mut Under,
+        action: &mut Action,
+    ) -> Result<(), PddlFault> {
+        let (positive, node) = match (node.head(), tail(node)) {
+            (Some("not"), [inner]) => (false, inner),
+            _ => (true, node),
+        };
+        let literal = Literal { positive, ..self.atom(node, false)? };
+        let (name, arguments) = (&literal.atom.predicate, literal.atom.arguments.len());
+        let rule = |d: &super::Derived| d.predicate == *name && d.parameters.len() == arguments;
+        if self.domain.derived.iter().any(rule) {
+            let problem = format!("an action changes the derived predicate `{}`", short(name));
+            return Err(self.source.fault(node.place, problem, "an effect on another predicate"));
+        }
+        if under.conditions.is_empty() && self.variables.len() == under.own {
+            action.effects.push(literal);
+            return Ok(());
+        }
+        if let Some(open) = under.open {
+            action.conditional[open].effects.push(literal);
+            return Ok(());
+        }
+        let mut conditions: Vec<Condition> =
+            under.conditions.iter().map(|condition| Condition::clone(condition)).collect();
+        for condition in &conditions {
+            condition.literals(false, &mut |_, _| self.copied += 1);
+        }
+        if self.copied > MAX_COPIED {
+            let problem =
+                format!("the conditional effects of `{}` are too large", short(&action.name));
+            let expected = format!("at most {MAX_COPIED} literals in their conditions");
+            return Err(self.source.fault(node.place, problem, expected));
+        }
+        let condition = match conditions.len() {
+            1 => conditions.swap_remove(0),
+            _ => Condition::All(conditions),
+        };
+        under.open = Some(action.conditional.len());
+        let (variables, effects) = (self.variables[under.own..].to_vec(), vec![literal]);
+        action.conditional.push(ConditionalEffect { variables, condition, effects });
+        Ok(())
+    }
+
+    /// Reads the change of a number. `alone` says that it is neither under a condition nor for all objects of a type.
+    fn change(
+        &mut self,
+        node: &Node,
+        [function, amount]: [&Node; 2],
+        alone: bool,
+        action: &mut Action,
+    ) -> Result<(), PddlFault> {
+        let head = node.head().unwrap_or_default();
+        let cost = function.head() == Some(TOTAL_COST) && tail(function).is_empty()
+            || function.word() == Some(TOTAL_COST);
+        let declared = self.domain.functions.iter().any(|f| f.name == TOTAL_COST);
+        let atom = if cost && !declared {
+            self.source.warn(function.place, "`total-cost` is not declared in :functions");
+            Atom { predicate: TOTAL_COST.into(), arguments: Vec::new() }
+        } else {
+            self.function(function)?
+        };
+        self.numbers.borrow_mut().changed.push((node.place, atom.predicate.clone()));
+        if head != "increase" || !alone {
+            if cost {
+                let what = format!(
+                    "`({head} ...)` of the cost under a condition, or other than by `increase`, is not counted"
+                );
+                self.source.warn(node.place, what);
+            }
+            return Ok(());
+        }
+        // What is not a cost is ignored, whatever the amount.
+        match self.expression(amount) {
+            Ok(amount) => action.increases.push(Increase { function: atom, amount }),
+            Err(fault) if cost => return Err(fault),
+            Err(_) => {}
+        }
+        Ok(())
+    }
+
+    fn compare(
+        &mut self,
+        comparison: Comparison,
+        left: &Node,
+        right: &Node,
+    ) -> Result<Condition, PddlFault> {
+        let mut sides = Vec::new();
+        for node in [left, right] {
+            let side = self.expression(node)?;
+            for atom in side.functions() {
+                let known = self.domain.functions.iter().find(|f| f.name == atom.predicate);
+                if known.is_some_and(|function| function.changes) {
+                    return Err(self.source.numeric(node.place, &atom.predicate));
+                }
+                self.numbers.borrow_mut().compared.push((node.place, atom.predicate.clone()));
+            }
+            sides.push(side);
+        }
+        let right = sides.pop().unwrap_or(Expression::Number(Number::default()));
+        let left = sides.pop().unwrap_or(Expression::Number(Number::default()));
+        Ok(Condition::Compare(comparison, left, right))
+    }
+
+    /// Reads a numeric expression.
+    pub fn expression(&mut self, node: &Node) -> Result<Expression, PddlFault> {
+        if let Some(word) = node.word() {
+            if word == "?duration"
+                && let Some(duration) = &self.duration
+            {
+                return Ok(duration.clone());
+            }
+            let number = word.parse().ok().and_then(Number::new);
+            if let Some(number) = number {
+                return Ok(Expression::Number(number));
+            }
+        }
+        let operation = match node.head() {
+            Some("+") => Operation::Add,
+            Some("-") => Operation::Subtract,
+            Some("*") => Operation::Multiply,
+            Some("/") => Operation::Divide,
+            _ => return Ok(Expression::Function(self.function(node)?)),
+        };
+        let binary = |left, right| Expression::Binary(operation, Box::new(left), Box::new(right));
+        match tail(node) {
+            [only] if operation == Operation::Subtract => {
+                Ok(binary(Expression::Number(Number::default()), self.expression(only)?))
+            }
+            [first, rest @ ..] if !rest.is_empty() && rest.len() < MAX_OPERANDS => {
+                let mut all = self.expression(first)?;
+                for next in rest {
+                    all = binary(all, self.expression(next)?);
+                }
+                Ok(all)
+            }
+            _ => Err(self.source.unexpected(node, "complete sum or product", "two numbers")),
+        }
+    }
+
+    fn function(&self, node: &Node) -> Result<Atom, PddlFault> {
+        if node.head().is_none() {
+            let expected = "a number, (FUNCTION ...) or (+ ...) (object fluents are not read)";
+            return Err(self.source.unexpected(node, "numeric expression", expected));
+        }
+        let known = self.domain.functions.iter().map(|f| (f.name.as_str(), f.parameters.len()));
+        let index = self.source.applied_to(node, "function", known)?;
+        let function = &self.domain.functions[index];
+        let arguments = self.terms(tail(node), Some(&function.parameters))?;
+        Ok(Atom { predicate: function.name.clone(), arguments })
+    }
+}
+
+/// Returns the opposite of a condition.
+fn not(condition: Condition) -> Condition {
+    match condition {
+        Condition::Literal(l) => Condition::Literal(Literal { positive: !l.positive, ..l }),
+        other => Condition::Not(other.into()),
+    }
+}
+
+/// Splits a conjunction into its literals and other conditions.
+pub(super) fn split(
+    condition: Condition,
+    literal: &mut impl FnMut(Literal),
+    others: &mut Vec<Condition>,
+) {
+    match condition {
+        Condition::Literal(l) => literal(l),
+        Condition::All(parts) => parts.into_iter().for_each(|part| split(part, literal, others)),
+        other => others.push(other),
+    }
+}

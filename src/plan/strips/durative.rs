@@ -1,0 +1,115 @@
+//! Reads durative actions as actions without duration.
+//!
+//! What must hold at the start, over all, or at the end must hold before the action, unless the effects at its start make
+//! it true. Where the effects at the end concern the same atoms as those at the start, they count.
+
+use super::conditions::Scope;
+use super::lists::tail;
+use super::pddl::Action;
+use super::sexpr::{Content, Node, PddlFault};
+
+/// When a part of a durative action is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Time {
+    Start,
+    All,
+    End,
+}
+
+/// Returns the time and the part of `(at start X)`, `(over all X)` and `(at end X)`.
+fn timed(node: &Node) -> Option<(Time, &Node)> {
+    let [word, inner] = tail(node) else { return None };
+    inner.list()?;
+    match (node.head()?, word.word()?) {
+        ("at", "start") => Some((Time::Start, inner)),
+        ("over", "all") => Some((Time::All, inner)),
+        ("at", "end") => Some((Time::End, inner)),
+        _ => None,
+    }
+}
+
+/// Returns the node without times.
+fn untimed(node: &Node) -> Node {
+    match (timed(node), node.list()) {
+        (Some((_, inner)), _) => untimed(inner),
+        (None, Some(nodes)) => {
+            let content = Content::List(nodes.iter().map(untimed).collect());
+            Node { place: node.place, content }
+        }
+        (None, None) => node.clone(),
+    }
+}
+
+/// Returns the first time that a node names.
+fn time_of(node: &Node) -> Option<Time> {
+    let own = timed(node).map(|(time, _)| time);
+    own.or_else(|| node.list().into_iter().flatten().find_map(time_of))
+}
+
+/// Returns the parts of a conjunction with their times. A part without a time is at the end if `effect`, otherwise at the
+/// start.
+fn parts(node: &Node, effect: bool) -> Vec<(Time, Node)> {
+    match (node.head(), timed(node)) {
+        (_, Some((time, inner))) => vec![(time, untimed(inner))],
+        (Some("and"), _) => tail(node).iter().flat_map(|part| parts(part, effect)).collect(),
+        (Some("forall"), _) if tail(node).len() > 1 => {
+            let (variables, body) = (&tail(node)[0], &tail(node)[1..]);
+            let inner = body.iter().flat_map(|part| parts(part, effect));
+            let word = |word: &str| Node { place: node.place, content: Content::Word(word.into()) };
+            let quantified = |inner: Node| Node {
+                place: node.place,
+                content: Content::List(vec![word("forall"), variables.clone(), inner]),
+            };
+            inner.map(|(time, inner)| (time, quantified(inner))).collect()
+        }
+        (head, _) => {
+            // The time of `(when (at start C) (at end E))` is that of the effect.
+            let of = match head {
+                Some("when") => tail(node).last().unwrap_or(node),
+                _ => node,
+            };
+            let other = if effect { Time::End } else { Time::Start };
+            vec![(time_of(of).unwrap_or(other), untimed(node))]
+        }
+    }
+}
+
+impl Scope<'_> {
+    /// Reads the duration, condition and effect of a durative action.
+    pub fn durative(
+        &mut self,
+        action: &mut Action,
+        [duration, condition, effect]: [Option<&Node>; 3],
+    ) -> Result<(), PddlFault> {
+        if let Some(node) = duration
+            && let (Some("=" | "<=" | ">="), [_, value]) = (node.head(), tail(node))
+        {
+            // Only costs may name the duration, and a fault in it is theirs.
+            self.duration = self.expression(value).ok();
+        }
+        let mut start = Action { parameters: action.parameters.clone(), ..Action::default() };
+        let mut end = start.clone();
+        for (time, part) in effect.map(|node| parts(node, true)).unwrap_or_default() {
+            self.effects(&part, if time == Time::End { &mut end } else { &mut start })?;
+        }
+        for (time, part) in condition.map(|node| parts(node, false)).unwrap_or_default() {
+            let mut read = Action::default();
+            self.preconditions(&part, &mut read)?;
+            if time != Time::Start {
+                // It holds since the start of the action.
+                read.preconditions.retain(|literal| !start.effects.contains(literal));
+            }
+            for literal in read.preconditions {
+                if !action.preconditions.contains(&literal) {
+                    action.preconditions.push(literal);
+                }
+            }
+            action.conditions.extend(read.conditions);
+        }
+        start.effects.retain(|early| !end.effects.iter().any(|late| late.atom == early.atom));
+        action.effects = [start.effects, end.effects].concat();
+        action.conditional = [start.conditional, end.conditional].concat();
+        action.increases = [start.increases, end.increases].concat();
+        Ok(())
+    }
+}

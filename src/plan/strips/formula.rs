@@ -1,0 +1,204 @@
+//! Conditions beyond literals, effects under conditions, and numbers.
+//!
+//! Variables of quantifiers are [`Term::Parameter`](super::Term::Parameter)s: their positions follow those of the
+//! parameters and of the quantifiers around them.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::pddl::{Atom, Literal, Typed};
+
+/// A finite number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+pub struct Number(f64);
+
+// Numbers are finite, so each equals itself.
+impl Eq for Number {}
+
+impl Number {
+    /// Returns the number; `None` if it is infinite or none.
+    pub fn new(value: f64) -> Option<Self> {
+        // Negative zero is zero.
+        value.is_finite().then_some(Self(value + 0.0))
+    }
+
+    /// Returns the number as a float.
+    pub fn value(self) -> f64 {
+        self.0
+    }
+}
+
+impl Display for Number {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+/// An operation on two numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operation {
+    /// Addition, `+`.
+    Add,
+    /// Subtraction, `-`.
+    Subtract,
+    /// Multiplication, `*`.
+    Multiply,
+    /// Division, `/`.
+    Divide,
+}
+
+/// A numeric expression.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Expression {
+    /// A constant.
+    Number(Number),
+    /// The value of a function.
+    Function(Atom),
+    /// An operation on two expressions.
+    Binary(Operation, Box<Expression>, Box<Expression>),
+}
+
+impl Expression {
+    /// Returns the value; `None` if `function` knows no value of a function, or if the value is not finite.
+    pub fn value(&self, function: &impl Fn(&Atom) -> Option<Number>) -> Option<Number> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Function(atom) => function(atom),
+            Self::Binary(operation, left, right) => {
+                let (left, right) = (left.value(function)?.0, right.value(function)?.0);
+                Number::new(match operation {
+                    Operation::Add => left + right,
+                    Operation::Subtract => left - right,
+                    Operation::Multiply => left * right,
+                    Operation::Divide => left / right,
+                })
+            }
+        }
+    }
+
+    /// Returns the functions that are named.
+    pub fn functions(&self) -> Vec<&Atom> {
+        match self {
+            Self::Number(_) => Vec::new(),
+            Self::Function(atom) => vec![atom],
+            Self::Binary(_, left, right) => [left.functions(), right.functions()].concat(),
+        }
+    }
+}
+
+/// How two numbers are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    AtMost,
+    /// `=`
+    Equal,
+    /// `>=`
+    AtLeast,
+    /// `>`
+    Greater,
+}
+
+impl Comparison {
+    /// Returns whether two numbers compare so.
+    pub fn holds(self, left: Number, right: Number) -> bool {
+        match self {
+            Self::Less => left < right,
+            Self::AtMost => left <= right,
+            Self::Equal => left == right,
+            Self::AtLeast => left >= right,
+            Self::Greater => left > right,
+        }
+    }
+}
+
+/// A condition of any form.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Condition {
+    /// A literal.
+    Literal(Literal),
+    /// A comparison of numbers that no action changes. It does not hold where a value is unknown.
+    Compare(Comparison, Expression, Expression),
+    /// The condition does not hold.
+    Not(Box<Condition>),
+    /// All conditions hold.
+    All(Vec<Condition>),
+    /// One of the conditions holds.
+    Any(Vec<Condition>),
+    /// The condition holds for some objects.
+    Exists(Vec<Typed>, Box<Condition>),
+    /// The condition holds for all objects.
+    Forall(Vec<Typed>, Box<Condition>),
+}
+
+impl Condition {
+    /// Calls `see` with every literal and whether it stands in an odd number of negations.
+    pub fn literals<'c>(&'c self, negated: bool, see: &mut impl FnMut(&'c Literal, bool)) {
+        match self {
+            Self::Literal(literal) => see(literal, negated),
+            Self::Compare(..) => {}
+            Self::Not(inner) => inner.literals(!negated, see),
+            Self::All(parts) | Self::Any(parts) => {
+                parts.iter().for_each(|part| part.literals(negated, see));
+            }
+            Self::Exists(_, inner) | Self::Forall(_, inner) => inner.literals(negated, see),
+        }
+    }
+
+    /// Calls `change` with every literal.
+    pub(crate) fn literals_mut(&mut self, change: &mut impl FnMut(&mut Literal)) {
+        match self {
+            Self::Literal(literal) => change(literal),
+            Self::Compare(..) => {}
+            Self::Not(inner) | Self::Exists(_, inner) | Self::Forall(_, inner) => {
+                inner.literals_mut(change);
+            }
+            Self::All(parts) | Self::Any(parts) => {
+                parts.iter_mut().for_each(|part| part.literals_mut(change));
+            }
+        }
+    }
+}
+
+/// Effects for all objects of quantified variables, where a condition holds before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConditionalEffect {
+    /// Quantified variables. Their positions follow those of the parameters.
+    pub variables: Vec<Typed>,
+    /// What must hold before the action.
+    pub condition: Condition,
+    /// What the action makes true or false then.
+    pub effects: Vec<Literal>,
+}
+
+/// The increase of a function by an action.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Increase {
+    /// The function.
+    pub function: Atom,
+    /// By how much.
+    pub amount: Expression,
+}
+
+/// A numeric function.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Function {
+    /// Name, in lower case.
+    pub name: String,
+    /// Parameters, in order.
+    pub parameters: Vec<Typed>,
+    /// Whether an action changes it.
+    pub changes: bool,
+}
+
+/// A rule that derives a predicate from a condition. A derived atom holds if the condition of one of its rules does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Derived {
+    /// Name of the predicate.
+    pub predicate: String,
+    /// Parameters, in order. They have the first positions in the condition.
+    pub parameters: Vec<Typed>,
+    /// The condition.
+    pub condition: Condition,
+}

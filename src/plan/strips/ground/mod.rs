@@ -1,0 +1,505 @@
+//! Grounds a problem: compiles it to facts and operators that can be reached from its initial state.
+//!
+//! Reachability ignores what actions make false. Facts that no reachable action changes are not fluents: they hold
+//! always or never, and preconditions on them are dropped. A condition that a fact does not hold becomes a fluent of its
+//! own, the complement of the fact, so that a ground operator has only positive preconditions.
+//!
+//! Quantifiers stand for all objects of their types, and derived predicates for the conditions that derive them. A
+//! condition that can be met in several ways, or an effect whose condition is not certain, makes several operators of one
+//! action with its objects. A goal that can be met in several ways becomes a fact that hidden operators make true.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `lower` | conditions and effects by number |
+//! | `reach` | the calls of actions that can be reached, by joins |
+//! | `ways` | the sets of facts in each of which a condition holds |
+//! | `operators` | the operators of a call |
+
+mod lower;
+mod operators;
+mod reach;
+mod ways;
+
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::{self, Display, Formatter};
+use std::rc::Rc;
+
+use thiserror::Error;
+
+use super::formula::Number;
+use super::pddl::{Action, Domain, Fact, Literal, Problem};
+use super::sexpr::short;
+use super::write::ShownCondition;
+use lower::{Base, Fitting, Formula, Ground, Lower, UNBOUND};
+use operators::{Compiled, of_call};
+use reach::{Reach, Schema, check_choices};
+use ways::{Code, Known, Rule, Way, join};
+
+/// Greatest number of reachable facts, and of reachable operators.
+const MAX_GROUND: usize = 200_000;
+
+/// Greatest number of steps that grounding takes.
+const MAX_TRIED: usize = 50_000_000;
+
+const BINDINGS: &str = "ways to choose objects for its actions";
+
+/// What there is too much of, and how much there may be.
+#[derive(Debug)]
+struct TooLarge {
+    what: String,
+    most: usize,
+}
+
+impl TooLarge {
+    fn new(what: &str, most: usize) -> Self {
+        Self { what: what.to_owned(), most }
+    }
+}
+
+/// Why a problem cannot be grounded.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum GroundFault {
+    /// There are too many facts or operators.
+    #[error(
+        "the problem `{problem}` is too large: it has more than {most} {what}; use fewer objects, or more precise types"
+    )]
+    TooLarge {
+        /// Name of the problem.
+        problem: String,
+        /// What there are too many of.
+        what: String,
+        /// Greatest number.
+        most: usize,
+    },
+    /// No sequence of actions can achieve a part of the goal, even if no action made anything false.
+    #[error("the goal {fluent} of the problem `{problem}` cannot be reached; {why}")]
+    Unreachable {
+        /// Name of the problem.
+        problem: String,
+        /// The part of the goal.
+        fluent: String,
+        /// Actions that could achieve it with other objects.
+        why: String,
+    },
+}
+
+/// A fact that can change, or its complement.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Fluent {
+    /// The fact.
+    pub fact: Fact,
+    /// Whether the fluent holds when the fact does (`true`) or when it does not.
+    pub holds: bool,
+}
+
+/// Displays as in PDDL: `(on a b)` or `(not (on a b))`.
+impl Display for Fluent {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.holds {
+            true => write!(f, "{}", self.fact),
+            false => write!(f, "(not {})", self.fact),
+        }
+    }
+}
+
+/// An action with its objects. All numbers are positions in [`Grounded::fluents`], in increasing order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GroundOperator {
+    /// Position of the action in the domain. The number of its actions for an operator that is [hidden](Self::is_hidden).
+    pub action: usize,
+    /// Name as in a plan: `(stack a b)`. Several operators have one name if the action can be done in several ways. Empty
+    /// if the operator is [hidden](Self::is_hidden).
+    pub name: String,
+    /// Fluents that must hold before.
+    pub preconditions: Vec<usize>,
+    /// Fluents that hold afterwards and may not have held before.
+    pub adds: Vec<usize>,
+    /// Fluents that do not hold afterwards.
+    pub deletes: Vec<usize>,
+    /// By how much the operator increases what the problem minimises; 0 if it minimises nothing.
+    pub cost: Number,
+}
+
+impl GroundOperator {
+    /// Returns whether the operator is no action: it makes a fact true that stands for a goal with alternatives. Plans do
+    /// not show it.
+    pub fn is_hidden(&self) -> bool {
+        self.name.is_empty()
+    }
+
+    /// Carries the operator out in a state, a set of positions of fluents. Whether its preconditions hold is not looked at.
+    pub fn apply(&self, state: &mut BTreeSet<usize>) {
+        for fluent in &self.deletes {
+            state.remove(fluent);
+        }
+        state.extend(&self.adds);
+    }
+}
+
+/// A grounded problem.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Grounded {
+    /// Fluents, sorted by fact.
+    pub fluents: Vec<Fluent>,
+    /// Operators that can be reached and change something, sorted by action and objects.
+    pub operators: Vec<GroundOperator>,
+    /// Fluents that hold at first, in increasing order.
+    pub start: Vec<usize>,
+    /// Fluents that must hold at the end, in increasing order. What holds always is left out.
+    pub goal: Vec<usize>,
+}
+
+impl Grounded {
+    /// Grounds a problem of its domain.
+    ///
+    /// Costs O(bindings tried): actions are joined with reachable facts, so preconditions prune early.
+    ///
+    /// # Errors
+    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators, or where a condition has too many choices of objects or
+    /// alternatives; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
+    pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
+        match compile(domain, problem) {
+            Ok(grounded) => grounded,
+            Err(TooLarge { what, most }) => {
+                Err(GroundFault::TooLarge { problem: problem.name.clone(), what, most })
+            }
+        }
+    }
+
+    /// Returns whether all fluents of a set hold in a state.
+    pub fn all_hold(state: &BTreeSet<usize>, fluents: &[usize]) -> bool {
+        fluents.iter().all(|fluent| state.contains(fluent))
+    }
+
+    /// Returns the actions of a plan, a list of positions of operators, without those that are hidden.
+    pub fn steps(&self, plan: impl IntoIterator<Item = usize>) -> Vec<&str> {
+        let names = plan.into_iter().map(|operator| self.operators[operator].name.as_str());
+        names.filter(|name| !name.is_empty()).collect()
+    }
+}
+
+/// Compiles a problem. The outer error is for its size, the inner for a goal that cannot be reached.
+fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, GroundFault>, TooLarge> {
+    let base = Base::new(domain, problem);
+    let mut cache: HashMap<Vec<String>, Rc<Fitting>> = HashMap::new();
+    let matters = matters(domain, problem);
+    let mut schemas = Vec::new();
+    for action in &domain.actions {
+        let lower = Lower::new(&base, &mut cache, &action.parameters);
+        schemas.push(Schema::new(action, lower, &matters)?);
+    }
+    let mut known = Known::new(&base);
+    for rule in &domain.derived {
+        let mut lower = Lower::new(&base, &mut cache, &rule.parameters);
+        let holds = lower.condition(&rule.condition, true);
+        let lacks = lower.condition(&rule.condition, false);
+        check_choices(&lower, &holds, || format!("a rule for `{}`", rule.predicate))?;
+        let parameters = rule.parameters.len();
+        let rule_of = Rule { fitting: lower.fitting, parameters, holds, lacks };
+        let place = domain.predicate_of(&rule.predicate, parameters).unwrap_or_default();
+        known.rules.entry(place as u32).or_default().push(rule_of);
+    }
+    let mut lower = Lower::new(&base, &mut cache, &[]);
+    let goal: Vec<Formula> = problem.conditions.iter().map(|c| lower.condition(c, true)).collect();
+    let derived = |fact: &Fact| {
+        let place = domain.predicate_of(&fact.predicate, fact.arguments.len());
+        place.is_some_and(|place| base.derived[place])
+    };
+    for formula in &goal {
+        check_choices(&lower, formula, || "the goal".to_owned())?;
+    }
+    let fitting = lower.fitting;
+    let mut reach = Reach::new(&schemas, known);
+    let calls = reach.explore()?;
+    let mut known = reach.known;
+    known.settle(&schemas, &calls)?;
+    let costs = |call: &reach::Call| cost(&base, problem, &schemas[call.schema], &call.objects);
+    let mut compiled: Vec<Compiled> = Vec::new();
+    for (at, call) in calls.iter().enumerate() {
+        of_call(&known, &schemas[call.schema], at, call, costs(call), &mut compiled)?;
+        if compiled.len() > MAX_GROUND {
+            return Err(TooLarge::new("reachable actions", MAX_GROUND));
+        }
+    }
+    let mut of_goal: Vec<(Ground, bool)> = Vec::new();
+    let mut ways = vec![Way::new()];
+    let names: Vec<String> =
+        problem.conditions.iter().map(|c| short(&ShownCondition(c, &[]).to_string())).collect();
+    let unreachable = |fluent: &str, why: &str| GroundFault::Unreachable {
+        problem: problem.name.clone(),
+        fluent: fluent.to_owned(),
+        why: why.to_owned(),
+    };
+    let mut add = |found: Vec<Way>, name: &str| -> Result<Result<(), GroundFault>, TooLarge> {
+        if found.is_empty() {
+            return Ok(Err(unreachable(name, "it holds in no state that the actions can reach")));
+        }
+        ways = known.product(vec![std::mem::take(&mut ways), found])?;
+        Ok(match ways.is_empty() {
+            true => Err(unreachable(name, "it contradicts another part of the goal")),
+            false => Ok(()),
+        })
+    };
+    for (formula, name) in goal.iter().zip(&names) {
+        let found = known.ways(formula, &fitting, &mut vec![UNBOUND; fitting.len()])?;
+        if let Err(fault) = add(found, name)? {
+            return Ok(Err(fault));
+        }
+    }
+    for (holds, fact) in &problem.goal {
+        let Some(ground) = base.ground(fact) else { continue };
+        if !derived(fact) {
+            of_goal.push((ground, *holds));
+            continue;
+        }
+        let found = known.derived_ways(ground, *holds)?;
+        let name = Fluent { fact: fact.clone(), holds: *holds }.to_string();
+        if let Err(fault) = add(found.to_vec(), &name)? {
+            return Ok(Err(fault));
+        }
+    }
+    let mut assembly =
+        Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
+    Ok(assembly.grounded(of_goal, ways, &names))
+}
+
+/// Returns which predicates some condition, the goal, or an effect without condition names.
+fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
+    let mut matters = vec![false; domain.predicates.len()];
+    let mut see = |name: &str, arguments: usize| {
+        if let Some(place) = domain.predicate_of(name, arguments) {
+            matters[place] = true;
+        }
+    };
+    let mut literal = |l: &Literal, _: bool| see(&l.atom.predicate, l.atom.arguments.len());
+    for action in &domain.actions {
+        action.preconditions.iter().chain(&action.effects).for_each(|l| literal(l, false));
+        let conditional = action.conditional.iter().map(|effect| &effect.condition);
+        action.conditions.iter().chain(conditional).for_each(|c| c.literals(false, &mut literal));
+    }
+    let rules = domain.derived.iter().map(|rule| &rule.condition);
+    rules.chain(&problem.conditions).for_each(|c| c.literals(false, &mut literal));
+    for (_, fact) in &problem.goal {
+        see(&fact.predicate, fact.arguments.len());
+    }
+    matters
+}
+
+/// Returns the cost of an action with its objects.
+fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) -> Number {
+    let Some(metric) = &problem.metric else { return Number::default() };
+    let slots: Vec<usize> = (0..schema.parameters).collect();
+    let own = |increase: &&super::Increase| {
+        let function = &increase.function;
+        function.predicate == metric.predicate
+            && function.arguments.len() == metric.arguments.len()
+            && function.arguments.iter().zip(&metric.arguments).all(|(term, name)| match term {
+                super::Term::Constant(own) => own == name,
+                super::Term::Parameter(at) => slots
+                    .get(*at)
+                    .is_some_and(|slot| base.objects[objects[*slot] as usize].name == *name),
+            })
+    };
+    let amounts = schema.increases.iter().filter(own);
+    // A value that the problem does not give is no cost.
+    let amounts = amounts.filter_map(|i| base.value(&i.amount, &slots, objects));
+    Number::new(amounts.map(Number::value).sum()).unwrap_or_default()
+}
+
+/// Name of the fact that stands for a goal with alternatives.
+const GOAL: &str = "the-goal";
+
+/// Puts the operators of a problem together.
+struct Assembly<'k, 'b, 'a> {
+    known: &'k Known<'b, 'a>,
+    schemas: &'k [Schema],
+    calls: &'k [reach::Call],
+    problem: &'k Problem,
+    compiled: Vec<Compiled>,
+}
+
+impl Assembly<'_, '_, '_> {
+    /// Returns the grounded problem. `literals` and one of the `ways` must hold at the end.
+    fn grounded(
+        &mut self,
+        literals: Vec<(Ground, bool)>,
+        ways: Vec<Way>,
+        names: &[String],
+    ) -> Result<Grounded, GroundFault> {
+        let base = self.known.base;
+        let count = self.known.facts.len();
+        let mut facts: Vec<Option<&Ground>> = vec![None; count];
+        for (fact, number) in &self.known.facts {
+            facts[*number as usize] = Some(fact);
+        }
+        let mut holds_first: Vec<bool> =
+            facts.iter().map(|fact| fact.is_some_and(|fact| base.start.contains(fact))).collect();
+        // The fact that stands for the goal, if it has alternatives.
+        let hidden = count as u32;
+        holds_first.push(false);
+        let code = |(fact, holds): &(Ground, bool)| {
+            self.known.facts.get(fact).map(|number| 2 * number + u32::from(!holds))
+        };
+        let mut goal: Way = Vec::new();
+        match ways.as_slice() {
+            [one] => {
+                for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
+                    match code(pair) {
+                        Some(code) => goal.push(code),
+                        // It is never reached.
+                        None if !holds => {}
+                        None => return Err(self.unreachable(fact, *holds)),
+                    }
+                }
+                goal.extend(one);
+            }
+            several => {
+                let mut certain: Way = Vec::new();
+                for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
+                    match code(pair) {
+                        Some(code) => certain.push(code),
+                        None if !holds => {}
+                        None => return Err(self.unreachable(fact, *holds)),
+                    }
+                }
+                certain.sort_unstable();
+                certain.dedup();
+                for way in several {
+                    if let Some(needs) = join(&certain, way) {
+                        let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
+                        self.compiled.push(Compiled { call, needs, effects, cost });
+                    }
+                }
+                goal.push(2 * hidden);
+            }
+        }
+        goal.sort_unstable();
+        goal.dedup();
+        let reached = operators::with_negation(&mut self.compiled, &holds_first);
+        let mut changing = vec![false; holds_first.len()];
+        let mut complement = vec![false; holds_first.len()];
+        for effect in self.compiled.iter().flat_map(|o| &o.effects) {
+            let fact = (effect / 2) as usize;
+            // A fact changes if a call makes true what does not hold at first, or makes false what can hold.
+            changing[fact] |= match effect % 2 == 0 {
+                true => !holds_first[fact],
+                false => holds_first[fact] || reached[2 * fact],
+            };
+        }
+        let needs = self.compiled.iter().flat_map(|o| &o.needs);
+        for code in needs.chain(&goal).filter(|code| *code % 2 == 1) {
+            complement[(code / 2) as usize] = true;
+        }
+        let fact = |number: usize| match facts.get(number).copied().flatten() {
+            Some(fact) => base.fact(fact),
+            None => Fact { predicate: GOAL.to_owned(), arguments: Vec::new() },
+        };
+        let mut fluents: Vec<(Fluent, Code)> = Vec::new();
+        for number in (0..changing.len()).filter(|number| changing[*number]) {
+            fluents.push((Fluent { fact: fact(number), holds: true }, 2 * number as u32));
+            if complement[number] {
+                fluents.push((Fluent { fact: fact(number), holds: false }, 2 * number as u32 + 1));
+            }
+        }
+        fluents.sort_by(|a, b| a.0.cmp(&b.0));
+        let mut places: Vec<Option<usize>> = vec![None; 2 * changing.len()];
+        for (place, (_, code)) in fluents.iter().enumerate() {
+            places[*code as usize] = Some(place);
+        }
+        let mut wanted = BTreeSet::new();
+        for code in &goal {
+            let (number, holds) = ((code / 2) as usize, code % 2 == 0);
+            match places[*code as usize] {
+                Some(place) if reached[*code as usize] || holds_first[number] == holds => {
+                    wanted.insert(place);
+                }
+                None if holds_first[number] == holds => {}
+                _ if number == count => {
+                    let fluent = names.join(" and ");
+                    let why = "no state that the actions can reach meets it".to_owned();
+                    let problem = self.problem.name.clone();
+                    return Err(GroundFault::Unreachable { problem, fluent: short(&fluent), why });
+                }
+                _ => return Err(self.unreachable(&fact(number), holds)),
+            }
+        }
+        let operators = self.operators(&places);
+        let start = fluents.iter().enumerate();
+        let start = start.filter(|(_, (_, c))| holds_first[(c / 2) as usize] == (c % 2 == 0));
+        Ok(Grounded {
+            start: start.map(|(place, _)| place).collect(),
+            operators,
+            goal: wanted.into_iter().collect(),
+            fluents: fluents.into_iter().map(|(fluent, _)| fluent).collect(),
+        })
+    }
+
+    /// Returns the facts of the goal that are not derived.
+    fn goal_facts(&self) -> impl Iterator<Item = &(bool, Fact)> {
+        let base = self.known.base;
+        self.problem.goal.iter().filter(move |(_, fact)| {
+            base.ground(fact).is_some_and(|ground| !base.derived[ground.0 as usize])
+        })
+    }
+
+    /// Returns the operators over fluents. `places` has the fluent of each code.
+    fn operators(&self, places: &[Option<usize>]) -> Vec<GroundOperator> {
+        let base = self.known.base;
+        let sorted = |found: BTreeSet<usize>| found.into_iter().collect::<Vec<_>>();
+        let mut operators: Vec<GroundOperator> = Vec::new();
+        for compiled in &self.compiled {
+            let places_of = |codes: &mut dyn Iterator<Item = Code>| -> BTreeSet<usize> {
+                codes.filter_map(|code| places[code as usize]).collect()
+            };
+            let preconditions = places_of(&mut compiled.needs.iter().copied());
+            let mut adds = places_of(&mut compiled.effects.iter().copied());
+            let deletes = places_of(&mut compiled.effects.iter().map(|code| code ^ 1));
+            adds.retain(|fluent| !preconditions.contains(fluent));
+            if adds.is_empty() && deletes.is_empty() {
+                continue;
+            }
+            let (action, name) = match compiled.call {
+                None => (self.schemas.len(), String::new()),
+                Some(at) => {
+                    let call = &self.calls[at];
+                    let own = &call.objects[..self.schemas[call.schema].parameters];
+                    let name = |object: &u32| format!(" {}", base.objects[*object as usize].name);
+                    let objects: String = own.iter().map(name).collect();
+                    let action = &base.domain.actions[call.schema].name;
+                    (call.schema, format!("({action}{objects})"))
+                }
+            };
+            operators.push(GroundOperator {
+                action,
+                name,
+                preconditions: sorted(preconditions),
+                adds: sorted(adds),
+                deletes: sorted(deletes),
+                cost: compiled.cost,
+            });
+        }
+        operators::without_doubles(operators)
+    }
+
+    fn unreachable(&self, fact: &Fact, holds: bool) -> GroundFault {
+        let own = |e: &Literal| {
+            e.positive == holds
+                && e.atom.predicate == fact.predicate
+                && e.atom.arguments.len() == fact.arguments.len()
+        };
+        let achieves = |action: &&Action| {
+            let conditional = action.conditional.iter().flat_map(|effect| &effect.effects);
+            action.effects.iter().chain(conditional).any(own)
+        };
+        let actions = self.known.base.domain.actions.iter().filter(achieves);
+        let names: Vec<String> = actions.map(|action| format!("`{}`", action.name)).collect();
+        let why = match names.is_empty() {
+            true if holds => format!("no action makes `{}` true", fact.predicate),
+            true => format!("no action makes `{}` false", fact.predicate),
+            false => format!("the preconditions of {} cannot be met for it", names.join(" and ")),
+        };
+        let fluent = Fluent { fact: fact.clone(), holds }.to_string();
+        GroundFault::Unreachable { problem: self.problem.name.clone(), fluent, why }
+    }
+}

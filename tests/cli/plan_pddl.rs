@@ -1,0 +1,74 @@
+//! `symbolt plan` of problems in PDDL: warnings, costs, refusals, and one JSON object whatever happens.
+
+use serde_json::Value;
+
+/// Runs `symbolt plan` in the folder of the fixtures. Returns the exit code, the outputs, and the JSON object.
+fn plan(args: &[&str]) -> (Option<i32>, String, Value) {
+    let mut command = assert_cmd::Command::cargo_bin("symbolt").expect("the program was built");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/pddl");
+    let output = command.current_dir(folder).args(["plan", "--quiet"]).args(args).output();
+    let output = output.expect("it starts");
+    let [out, err] =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    let json = serde_json::from_str(&out).unwrap_or(Value::String(out));
+    (output.status.code(), err, json)
+}
+
+#[test]
+fn a_refused_file_is_one_json_object_and_one_sentence() {
+    let swapped = "the first file, move_one.pddl, is a problem and the second, move.pddl, a domain; swap them";
+    let cases: [(&[&str], &str); 7] = [
+        (&["move_one.pddl", "move.pddl"], swapped),
+        (
+            &["move.pddl"],
+            "move.pddl is a domain; name a problem in PDDL, or a scene with --scene FILE",
+        ),
+        (&["move_one.pddl"], "move_one.pddl is a problem in PDDL; name its domain before it"),
+        (&["../domain_v1.json", "move_one.pddl"], "this seems to be JSON and is no domain"),
+        (&["move.pddl", "nowhere.pddl"], "cannot read nowhere.pddl"),
+        (&["move.pddl", "move_one.pddl", "--limit", "3"], "--limit is for a scene; leave it out"),
+        (&["move.pddl", "move_one.pddl", "--goal", "X"], "--goal is for a scene"),
+    ];
+    for (args, sentence) in cases {
+        let (code, err, json) = plan(&[args, &["--json"]].concat());
+        assert_eq!(code, Some(2), "{err}");
+        assert!(err.starts_with("symbolt: ") && err.contains(sentence), "{err}");
+        assert_eq!(err.lines().count(), 1, "{err}");
+        assert!(json["fault"].as_str().unwrap().contains(sentence), "{json}");
+        assert_eq!((&json["valid"], &json["plan"]), (&false.into(), &Value::Array(vec![])));
+        let (code, _, text) = plan(args);
+        assert_eq!((code, text), (Some(2), Value::String(String::new())));
+    }
+}
+
+#[test]
+fn a_domain_and_its_problem_in_one_file_are_planned_with_their_cost() {
+    for args in [&["pushing.pddl"][..], &["pushing.pddl", "pushing.pddl"]] {
+        let (code, err, json) = plan(&[args, &["--json"]].concat());
+        let warning = "the cost (total-cost) of the plan is counted, but not minimised";
+        assert_eq!((code, err.as_str()), (Some(0), &*format!("symbolt: warning: {warning}\n")));
+        assert_eq!(json["cost"], 1.0);
+        assert_eq!(json["warnings"], serde_json::json!([warning]));
+        assert_eq!(json["plan"].as_array().unwrap().len(), 2);
+    }
+    let (_, _, table) = plan(&["pushing.pddl"]);
+    assert!(table.as_str().unwrap().ends_with("\nCost:    1\n"), "{table}");
+}
+
+#[test]
+fn durative_actions_warn_once_unless_they_are_meant_as_instant() {
+    let lost = "durative actions are read as instant ones";
+    let (code, err, json) = plan(&["patrol_durative.pddl", "--json"]);
+    assert_eq!((code, err.matches(lost).count()), (Some(0), 1), "{err}");
+    assert_eq!(json["plan"].as_array().unwrap().len(), 5);
+    let (code, err, _) = plan(&["patrol_durative.pddl", "--as-instant"]);
+    assert_eq!((code, err.matches(lost).count()), (Some(0), 0), "{err}");
+}
+
+#[test]
+fn a_goal_with_alternatives_is_planned_without_a_hidden_action() {
+    let (code, _, json) = plan(&["forks.pddl", "--json"]);
+    assert_eq!(code, Some(0));
+    let names = json["actions"].as_array().unwrap().iter().map(|a| a["action"].as_str().unwrap());
+    assert!(names.into_iter().all(|name| name.starts_with("(grab ")), "{json}");
+}
