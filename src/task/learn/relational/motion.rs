@@ -145,14 +145,10 @@ impl<'r> Motion<'r> {
 
     /// Returns whether a rest is no error of sensing: two snapshots agree on it, or there are no such errors.
     pub fn is_sure(&self, rest: &Rest) -> bool {
-        rest.seen > 1 || !(self.is_noisy() || self.flickers)
+        rest.seen > 1 || !self.is_noisy()
     }
 
     /// Returns the rest of a track in a snapshot.
-    pub fn rest_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<&Rest> {
-        Some(&self.rests[self.index_at(demo, track, snapshot)?])
-    }
-
     pub fn index_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
         self.latest(demo, track, snapshot).filter(|rest| snapshot <= self.rests[*rest].last)
     }
@@ -162,6 +158,46 @@ impl<'r> Motion<'r> {
         let own = self.of_track[demo][track].clone();
         let begun = self.rests[own.clone()].partition_point(|rest| rest.first <= snapshot);
         Some(own.start + begun.checked_sub(1)?)
+    }
+
+    /// Returns the rest in which a track is known to be in a snapshot: where it was seen last. If objects are missing for a
+    /// moment, one that a hand moved is nowhere until it is seen again.
+    pub fn known(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
+        let latest = self.latest(demo, track, snapshot)?;
+        (!self.flickers || !self.vanished(demo, track, snapshot)).then_some(latest)
+    }
+
+    /// Returns whether a hand moved a track after it was seen last, up to a snapshot.
+    pub fn vanished(&self, demo: usize, track: usize, snapshot: usize) -> bool {
+        let latest = self.latest(demo, track, snapshot);
+        latest.is_none_or(|rest| self.was_moved(demo, track, (self.rests[rest].last, snapshot)))
+    }
+
+    /// Returns whether an attempt moved a track between two snapshots, in which it was not seen.
+    fn was_moved(&self, demo: usize, track: usize, (since, until): (usize, usize)) -> bool {
+        let own = self.attempts[self.attempts_of(demo)].iter();
+        let mut later = own.rev().take_while(|a| a.after > since);
+        later.any(|a| a.track == Some(track) && a.after <= until)
+    }
+
+    /// Returns the rests in which the object of an attempt was before and after it; `None` if it is not known, or was lost.
+    /// An object can be missing for a moment.
+    pub fn ends(&self, attempt: &Attempt) -> Option<(usize, usize)> {
+        let (demo, track) = (attempt.demo, attempt.track?);
+        let after = match self.flickers {
+            true => self.next(demo, track, attempt.after),
+            false => self.index_at(demo, track, attempt.after),
+        };
+        Some((self.before(attempt)?, after?))
+    }
+
+    /// Returns the rest in which the object of an attempt was before it.
+    pub fn before(&self, attempt: &Attempt) -> Option<usize> {
+        let (demo, track) = (attempt.demo, attempt.track?);
+        match self.flickers {
+            true => self.known(demo, track, attempt.before),
+            false => self.index_at(demo, track, attempt.before),
+        }
     }
 
     /// Returns the first rest of a track that ended in a snapshot or later.
@@ -191,16 +227,17 @@ impl<'r> Motion<'r> {
         track: usize,
         (first, last): (usize, usize),
     ) -> Option<usize> {
+        // What carried an object that is seen at a release alone comes to rest after it.
+        let own = &self.attempts[self.attempts_of(demo)];
+        let release = own.iter().find(|a| self.flickers && a.released == Some(last));
+        let last = release.map_or(last, |release| release.after);
         let next = self.next(demo, track, first);
         let seen = next.filter(|rest| self.rests[*rest].first <= last);
         seen.or_else(|| {
             let before = self.latest(demo, track, first.checked_sub(1)?);
             let before = before.filter(|_| self.flickers)?;
             let until = self.rests[before].last.min(first - 1);
-            // Not before the object was moved last.
-            let own = self.attempts[self.attempts_of(demo)].iter();
-            let mut since = own.rev().take_while(|a| a.after > until);
-            if since.any(|a| a.track == Some(track) && a.after <= last) {
+            if self.was_moved(demo, track, (until, last)) {
                 return None;
             }
             let again = self.next(demo, track, last).is_some();
@@ -276,8 +313,14 @@ impl<'r> Motion<'r> {
     /// Finds the rests within a time in which no attempt moved the object.
     fn segment(&mut self, d: usize, t: usize, from: usize, to: usize, came: Came) {
         let demo = self.demo(d);
-        let poses: Vec<(usize, Pose)> =
+        let mut poses: Vec<(usize, Pose)> =
             (from..=to).filter_map(|s| Some((s, *self.tracks[d][t].pose(demo, s)?))).collect();
+        if let (true, true, Came::Placed(attempt)) = (poses.is_empty(), self.flickers, came) {
+            // It was seen last when the hand let go of it.
+            let released = self.attempts[attempt].released;
+            let pose = released.and_then(|s| self.tracks[d][t].pose(demo, s));
+            poses.extend(pose.map(|pose| (from, *pose)));
+        }
         let kept = self.without_outliers(d, &poses);
         self.outliers += poses.len() - kept.len();
         let mut came = came;

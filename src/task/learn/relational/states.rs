@@ -122,10 +122,8 @@ impl Frames<'_, '_> {
         let place: BTreeMap<usize, usize> = rests.iter().copied().zip(0..).collect();
         let attempts: Vec<(usize, usize)> = (self.motion.attempts.iter())
             .filter_map(|a| {
-                let track = a.track?;
-                let before = self.origin(self.motion.index_at(a.demo, track, a.before)?);
-                let after = self.origin(self.motion.index_at(a.demo, track, a.after)?);
-                Some((*place.get(&before)?, *place.get(&after)?))
+                let (before, after) = self.motion.ends(a)?;
+                Some((*place.get(&self.origin(before))?, *place.get(&self.origin(after))?))
             })
             .filter(|(before, after)| before != after)
             .collect();
@@ -186,7 +184,7 @@ impl Frames<'_, '_> {
             let Rest { demo, track, .. } = motion.rests[*rest];
             let own = motion.attempts.iter().filter(|a| a.declared && a.demo == demo);
             let mut own = own.filter(|a| a.track == Some(track));
-            own.any(|a| motion.index_at(demo, track, a.before) == Some(*rest))
+            own.any(|a| motion.before(a) == Some(*rest))
         };
         let sure = |rest: &usize| motion.is_sure(&motion.rests[*rest]);
         rests.iter().all(|rest| found(rest) && sure(rest)) && rests.iter().any(moved)
