@@ -47,7 +47,8 @@ pub(super) fn goals(
     let enough = if motion.is_noisy() { share.floor() } else { share.ceil() }.max(1.0) as usize;
     let lost = |d: usize, end: &Situation| -> Vec<usize> {
         let at = motion.last(d).unwrap_or(0);
-        (0..end.len()).filter(|t| motion.vanished(d, *t, at)).collect()
+        let unplaced = |t: &usize| motion.flickers && end[*t].is_none();
+        (0..end.len()).filter(|t| unplaced(t) || motion.vanished(d, *t, at)).collect()
     };
     let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();
     let ends = Ends { motion, found, last, enough, unknown };

@@ -1,7 +1,8 @@
 //! Movements in a recording: robust tracks, the noise of the poses, and the times for which each object rests.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::task::domain::distance::p_distance;
@@ -61,6 +62,8 @@ pub(super) struct Motion<'r> {
     pub least: (f64, f64),
     /// Whether some object is missing from a snapshot and seen again later.
     pub flickers: bool,
+    /// The kinds that nothing ever moved.
+    landmarks: BTreeSet<Arc<str>>,
 }
 
 /// Number of standard deviations beyond which two noisy poses differ. The distance of two noisy positions exceeds six
@@ -108,6 +111,7 @@ impl<'r> Motion<'r> {
             outliers,
             least,
             flickers,
+            landmarks: BTreeSet::new(),
         };
         for d in 0..recording.demos.len() {
             let demo = &recording.demos[d];
@@ -126,6 +130,11 @@ impl<'r> Motion<'r> {
             let own = own.collect();
             motion.of_track.push(own);
         }
+        let kind = |rest: &Rest| motion.tracks[rest.demo][rest.track].kind.clone();
+        let moved = motion.rests.iter().filter(|rest| rest.came != Came::Found);
+        let moved: BTreeSet<Arc<str>> = moved.map(kind).collect();
+        let all: BTreeSet<Arc<str>> = motion.rests.iter().map(kind).collect();
+        motion.landmarks = &all - &moved;
         motion
     }
 
@@ -167,10 +176,13 @@ impl<'r> Motion<'r> {
         (!self.flickers || !self.vanished(demo, track, snapshot)).then_some(latest)
     }
 
-    /// Returns whether a hand moved a track after it was seen last, up to a snapshot.
+    /// Returns whether a hand moved a track after it was seen last, up to a snapshot, or moved something that is not known.
     pub fn vanished(&self, demo: usize, track: usize, snapshot: usize) -> bool {
-        let latest = self.latest(demo, track, snapshot);
-        latest.is_none_or(|rest| self.was_moved(demo, track, (self.rests[rest].last, snapshot)))
+        let Some(latest) = self.latest(demo, track, snapshot) else { return true };
+        let until = self.rests[latest].last;
+        let own = self.attempts[self.attempts_of(demo)].iter();
+        let mut unknown = own.filter(|a| a.track.is_none() && until <= a.before);
+        unknown.any(|a| a.after <= snapshot) || self.was_moved(demo, track, (until, snapshot))
     }
 
     /// Returns whether an attempt moved a track between two snapshots, in which it was not seen.
@@ -241,7 +253,8 @@ impl<'r> Motion<'r> {
                 return None;
             }
             let again = self.next(demo, track, last).is_some();
-            (again || last - until <= MOMENT).then_some(before)
+            let stays = self.landmarks.contains(&self.tracks[demo][track].kind);
+            (again || stays || last - until <= MOMENT).then_some(before)
         })
     }
 
@@ -542,6 +555,13 @@ pub(super) fn noise(recording: &Recording) -> Noise {
 /// Follows the objects of a demonstration. Objects that did not move are matched first, whatever their ids, so swapped
 /// and shifted ids do no harm. An object may be missing for some snapshots.
 pub(super) fn follow(demo: &Demonstration, least_m: f64) -> Vec<Track> {
+    // The first and the last snapshot of each id.
+    let mut spans: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    for (now, snapshot) in demo.snapshots.iter().enumerate() {
+        for object in &snapshot.objects {
+            spans.entry(&object.id).or_insert((now, now)).1 = now;
+        }
+    }
     let mut tracks: Vec<Track> = Vec::new();
     let mut last: Vec<(usize, usize)> = Vec::new();
     let length = demo.snapshots.len();
@@ -549,6 +569,8 @@ pub(super) fn follow(demo: &Demonstration, least_m: f64) -> Vec<Track> {
         let mut free: Vec<usize> = (0..snapshot.objects.len()).collect();
         let mut open: Vec<usize> = (0..tracks.len()).collect();
         let mut pairs = Vec::new();
+        let is_new = |id: &str| spans.get(id).is_some_and(|(first, _)| *first == now);
+        let returns = |id: &str| spans.get(id).is_some_and(|(_, last)| *last >= now);
         for t in &open {
             let was = &demo.snapshots[last[*t].0].objects[last[*t].1];
             let missing = last[*t].0 + 1 != now;
@@ -565,7 +587,10 @@ pub(super) fn follow(demo: &Demonstration, least_m: f64) -> Vec<Track> {
                         (true, false) => 2,
                         (true, true) => 3,
                     };
-                    pairs.push((rank, missing && moved, far, *t, *o));
+                    // Ids that are seen again tell objects apart.
+                    if rank < 3 || !(is_new(&is.id) && returns(&was.id)) {
+                        pairs.push((rank, missing && moved, far, *t, *o));
+                    }
                 }
             }
         }
