@@ -1,5 +1,6 @@
 //! States in frames, operators with parameters, and a goal: the default method.
 
+mod carried;
 mod cluster;
 mod frames;
 mod goals;
@@ -10,6 +11,7 @@ mod operators;
 mod places;
 mod single;
 mod states;
+mod views;
 
 use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
 use super::{Learned, Settings, nothing};

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::{carried, views};
 use crate::robot::{Pose, mean_orientation, rotation_between};
-use crate::task::domain::distance::p_distance;
 use crate::task::learn::attempts::{self, Attempt, MOVED_M};
 use crate::task::learn::tracks::Track;
 use crate::task::recording::{Demonstration, Recording, Snapshot, SnapshotEvent};
@@ -64,6 +64,8 @@ pub(super) struct Motion<'r> {
     pub flickers: bool,
     /// The kinds that nothing ever moved.
     landmarks: BTreeSet<Arc<str>>,
+    /// A kind that nobody handled and whose poses differ from look to look, with the usual difference in metres.
+    pub views: Option<(String, f64)>,
 }
 
 /// Number of standard deviations beyond which two noisy poses differ. The distance of two noisy positions exceeds six
@@ -79,14 +81,19 @@ const FALLEN_M: f64 = 0.03;
 /// Number of snapshots for which an object may be missing at the end of a demonstration without being taken for lost.
 const MOMENT: usize = 2;
 
-fn angle(a: &Pose, b: &Pose) -> f64 {
+pub(super) fn angle(a: &Pose, b: &Pose) -> f64 {
     rotation_between(a, b).iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 impl<'r> Motion<'r> {
     /// Follows all objects, cuts the attempts and finds the rests.
     pub fn of(recording: &'r Recording, p: f64) -> Self {
-        let noise = noise(recording);
+        let (mut noise, mut views) = (noise(recording), None);
+        if let Some((kind, spread)) = views::differing(recording, &noise) {
+            views = Some((kind, spread.position_m * std::f64::consts::SQRT_2));
+            noise.position_m = noise.position_m.max(spread.position_m);
+            noise.angle_rad = noise.angle_rad.max(spread.angle_rad);
+        }
         let least = (MOVED_M + FAR * noise.position_m, TURNED_RAD + FAR * noise.angle_rad);
         let (mut outliers, mut flickers) = (0, false);
         let tracks: Vec<Vec<Track>> = recording
@@ -112,13 +119,14 @@ impl<'r> Motion<'r> {
             least,
             flickers,
             landmarks: BTreeSet::new(),
+            views,
         };
         for d in 0..recording.demos.len() {
             let demo = &recording.demos[d];
             let spans: Vec<_> = motion.tracks[d].iter().map(Track::span).collect();
             for mut attempt in attempts::cut(d, demo, &motion.tracks[d]) {
                 if !attempt.declared {
-                    attempt.track = motion.guess(&attempt, &spans, p);
+                    attempt.track = carried::guess(&motion, &attempt, &spans, p);
                 }
                 motion.attempts.push(attempt);
             }
@@ -190,6 +198,14 @@ impl<'r> Motion<'r> {
         let own = self.attempts[self.attempts_of(demo)].iter();
         let mut later = own.rev().take_while(|a| a.after > since);
         later.any(|a| a.track == Some(track) && a.after <= until)
+    }
+
+    /// Returns whether an object came to a rest while nothing was handled.
+    pub fn moved_between_attempts(&self, rest: usize) -> bool {
+        let Some(before) = self.previous(rest) else { return false };
+        let (since, until) = (self.rests[before].last, self.rests[rest].first);
+        let own = &self.attempts[self.attempts_of(self.rests[rest].demo)];
+        own.iter().all(|a| a.after <= since || until <= a.before)
     }
 
     /// Returns the rests in which the object of an attempt was before and after it; `None` if it is not known, or was lost.
@@ -265,45 +281,6 @@ impl<'r> Motion<'r> {
     /// Returns whether a track's pose differs between two snapshots by more than noise.
     fn differs(&self, a: &Pose, b: &Pose) -> bool {
         a.distance(b) > self.least.0 || angle(a, b) > self.least.1
-    }
-
-    /// Guesses the object of an attempt that the recording does not name, as the learner of the paper does. Objects
-    /// that were only turned come last.
-    fn guess(&self, attempt: &Attempt, spans: &[Option<(usize, usize)>], p: f64) -> Option<usize> {
-        let (demo, tracks) = (self.demo(attempt.demo), &self.tracks[attempt.demo]);
-        // An object can be missing for a moment.
-        let ends = |t: usize| {
-            let track = &tracks[t];
-            let (_, last) = spans[t].filter(|(first, _)| *first <= attempt.before)?;
-            let before = (0..=attempt.before).rev().find_map(|s| track.pose(demo, s))?;
-            let after = (attempt.after..=last).find_map(|s| track.pose(demo, s))?;
-            Some((before, after))
-        };
-        let moved: Vec<(usize, f64, f64)> = (0..tracks.len())
-            .filter_map(|t| {
-                let (before, after) = ends(t)?;
-                let unlike = p_distance(&before.position, &after.position, p);
-                Some((t, before.distance(after), unlike))
-            })
-            .filter(|(_, moved, _)| *moved > self.least.0)
-            .collect();
-        let farthest = moved.iter().map(|m| m.1).fold(0.0, f64::max);
-        let best = moved
-            .iter()
-            .filter(|(_, far, _)| *far >= 0.2 * farthest)
-            .max_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1)).then(b.0.cmp(&a.0)));
-        let turned = || {
-            (0..tracks.len())
-                .filter_map(|t| ends(t).map(|(before, after)| (t, angle(before, after))))
-                .filter(|(_, turn)| *turn > self.least.1)
-                .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
-                .map(|(t, _)| t)
-        };
-        let mut lost = (0..tracks.len()).filter(|t| {
-            tracks[*t].at[attempt.before].is_some()
-                && spans[*t].is_some_and(|(_, last)| last < attempt.after)
-        });
-        best.map(|(t, ..)| *t).or_else(turned).or_else(|| lost.next())
     }
 
     /// Cuts the life of an object into rests.

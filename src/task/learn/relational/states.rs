@@ -23,8 +23,10 @@ pub(super) struct States {
     /// unexplained rests.
     pub labels: Vec<Option<Fact>>,
     pub unexplained: Vec<Unexplained>,
-    /// Kinds that never moved.
+    /// Kinds that never moved, or that another hand moved.
     pub fixed: Vec<String>,
+    /// Kinds that another hand moved.
+    pub moved_by_others: Vec<String>,
     pub names: Names,
 }
 
@@ -53,6 +55,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         labels: Vec::new(),
         unexplained: Vec::new(),
         fixed: Vec::new(),
+        moved_by_others: Vec::new(),
         names: Names::default(),
     };
     let landmarks = frames.landmarks();
@@ -68,6 +71,8 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let together = frames.together(groups).into_iter();
         all.extend(together.map(|places| (kind, turns, places)));
     }
+    let others = frames.moved_by_others.iter();
+    out.moved_by_others = others.map(|kind| frames.kinds[*kind].to_string()).collect();
     frames.lend(&mut all);
     let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (kind, turns, places) in all {
