@@ -42,12 +42,13 @@ pub(super) fn goals(
         operators.iter().flat_map(RelationalOperator::achieves).collect();
     let end = |d: usize| Some((d, scene(motion, found, d, motion.last(d)?)));
     let last: Vec<_> = (0..motion.recording.demos.len()).filter_map(end).collect();
-    // Errors of sensing can hide a term at the end of one demonstration.
-    let (of, share) = (last.len(), GOAL * last.len() as f64);
-    let enough = if motion.is_noisy() { share.floor() } else { share.ceil() }.max(1.0) as usize;
+    let of = last.len();
+    let enough = (GOAL * of as f64).ceil().max(1.0) as usize;
     let lost = |d: usize, end: &Situation| -> Vec<usize> {
         let at = motion.last(d).unwrap_or(0);
-        let unplaced = |t: &usize| motion.flickers && end[*t].is_none();
+        // Errors of sensing hide where an object is, too.
+        let unsure = motion.flickers || motion.is_noisy();
+        let unplaced = |t: &usize| unsure && end[*t].is_none();
         (0..end.len()).filter(|t| unplaced(t) || motion.vanished(d, *t, at)).collect()
     };
     let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();
