@@ -161,10 +161,11 @@ impl Ends<'_, '_> {
         let present: Vec<usize> = present.collect();
         let ended = counts.iter().zip(&hidden).zip(&present);
         let all = Held::of(ended.map(|((c, h), present)| (c >= present, c + h >= *present)));
-        let several = self.suffices(all) && counts.iter().any(|end| *end > 1);
+        let every = self.suffices(all);
         // A place with room takes all of them, and so does one that did so for different numbers.
-        let whole = several && present.iter().min() < present.iter().max();
-        if several && model.places.iter().any(Place::is_roomy) {
+        let several = counts.iter().any(|end| *end > 1);
+        let whole = every && several && present.iter().min() < present.iter().max();
+        if every && model.places.iter().any(Place::is_roomy) {
             return Some((Quantity::EachObject, all.held));
         }
         if let Some(kind) = model.frame.kind() {
