@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::motion::Motion;
 use super::operators::scene;
 use super::states::States;
+use crate::task::learn::NoGoal;
 use crate::task::domain::{GoalTerm, Place, Quantity, RelationalOperator, Situation};
 
 /// Share of the demonstrations that have to end with a term fulfilled.
@@ -88,6 +89,34 @@ pub(super) fn goals(
         }
     }
     (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
+}
+
+/// Returns why there is no goal.
+pub(super) fn lacking(
+    motion: &Motion<'_>,
+    found: &States,
+    operators: &[RelationalOperator],
+) -> NoGoal {
+    if operators.is_empty() {
+        return NoGoal::NoAction;
+    }
+    let demos = (0..motion.recording.demos.len()).filter_map(|d| Some((d, motion.last(d)?)));
+    let demos: Vec<(usize, usize)> = demos.collect();
+    let count = |d: usize, snapshot: usize, state: usize| {
+        let scene = scene(motion, found, d, snapshot);
+        scene.iter().flatten().filter(|fact| fact.state == state).count()
+    };
+    let achieved: BTreeSet<usize> =
+        operators.iter().flat_map(RelationalOperator::achieves).collect();
+    let gained = achieved.into_iter().map(|state| {
+        let more = |(d, last): &&(usize, usize)| count(*d, *last, state) > count(*d, 0, state);
+        (found.states[state].name.clone(), demos.iter().filter(more).count())
+    });
+    let ends: Vec<(String, usize)> = gained.filter(|(_, held)| *held > 0).collect();
+    match ends.is_empty() {
+        true => NoGoal::NothingNew,
+        false => NoGoal::EndsDiffer { ends, of: demos.len() },
+    }
 }
 
 impl Held {

@@ -14,7 +14,7 @@ mod states;
 mod views;
 
 use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
-use super::{Learned, Settings, nothing};
+use super::{Learned, Remark, Settings, nothing, remark};
 use crate::robot::Pose;
 use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
@@ -22,6 +22,7 @@ use crate::task::event::{Event, LearningStep, Observer};
 use crate::task::propositional::ActionId;
 use crate::task::recording::Recording;
 use motion::Motion;
+use views::Shifted;
 
 /// Learns from a recording whose settings were checked.
 pub(super) fn learn(
@@ -48,7 +49,7 @@ pub(super) fn learn(
     }
     let snapshots = recording.snapshot_count();
     observer.observe(&Event::Learning(LearningStep::Following { snapshots }));
-    let motion = Motion::of(recording, settings.p);
+    let mut motion = Motion::of(recording, settings.p);
     if motion.attempts.iter().all(|a| a.track.is_none()) {
         let moved = motion.rests.iter().any(|r| r.came != motion::Came::Found);
         return Err(nothing(if moved {
@@ -58,9 +59,17 @@ pub(super) fn learn(
         }));
     }
     let mut found = states::find(&motion);
+    // Where a reference is seen elsewhere in some demonstrations, it is taken to be where the others see it.
+    let shifted = views::shifted(&motion, &found);
+    let corrected = shifted.as_ref().map(|shifted| shifted.corrected(recording));
+    if let Some(corrected) = &corrected {
+        motion = Motion::of(corrected, settings.p);
+        found = states::find(&motion);
+    }
     observer.observe(&Event::Learning(LearningStep::Deciding));
     let built = operators::find(&motion, &mut found);
     let (goals, unachieved) = goals::goals(&motion, &found, &built.operators);
+    let no_goal = goals.is_empty().then(|| goals::lacking(&motion, &found, &built.operators));
     let unachieved: Vec<String> =
         unachieved.into_iter().map(|state| found.states[state].name.clone()).collect();
     for state in &unachieved {
@@ -80,8 +89,21 @@ pub(super) fn learn(
         provenance: settings.provenance(recording),
     };
     domain.check()?;
+    let mut remarks = Vec::new();
+    remarks.extend(motion.views.map(|(kind, off_m)| Remark::ViewsDiffer { kind, off_m }));
+    remarks.extend(shifted.map(|Shifted { kind, demos, by }| {
+        let demos = demos.into_iter().map(|d| recording.demos[d].number).collect();
+        let off_m = by.iter().map(|v| v * v).sum::<f64>().sqrt();
+        Remark::DemonstrationsDiffer { kind, demos, off_m }
+    }));
+    remarks.extend(found.moved_by_others.into_iter().map(|kind| Remark::MovedByOthers { kind }));
+    remarks.extend(no_goal.map(Remark::NoGoal));
+    for remark in &remarks {
+        observer.observe(&Event::Warned(&remark.to_string()));
+    }
+    remarks.extend(remark::alike(&domain));
     let (outliers, unsure_frames) = (motion.outliers, Vec::new());
-    Ok(Learned { domain, report, outliers, unachieved, unsure_frames })
+    Ok(Learned { domain, report, outliers, unachieved, unsure_frames, remarks })
 }
 
 fn report(

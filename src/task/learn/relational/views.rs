@@ -1,10 +1,14 @@
-//! Views that disagree: what nobody handles is seen elsewhere from look to look, as by two cameras that are calibrated
-//! differently.
+//! Views that disagree, as those of two cameras do: what nobody handles is seen elsewhere from look to look, or in some
+//! demonstrations elsewhere than in others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::motion::{Noise, angle};
+use nalgebra::Vector3;
+
+use super::motion::{Motion, Noise, Rest, angle};
+use super::states::States;
 use crate::robot::Pose;
+use crate::task::domain::{Coordinate, FrameState, Origin, relative};
 use crate::task::recording::Recording;
 
 /// Share of the differences that may be movements or errors of single poses.
@@ -15,6 +19,10 @@ const BEYOND: f64 = 1.3;
 const MOST_M: f64 = 0.015;
 /// Least number of differences.
 const FEW: usize = 8;
+/// Least difference of views that is told from noise by its two modes, in metres.
+const TOLD_M: f64 = 3e-3;
+/// Ratio of the usual difference to a small one from which looks have two modes.
+const MODES: f64 = 4.0;
 
 /// Returns the kind that nobody handled whose poses differ least between its looks, with their standard deviations, if these
 /// exceed the `noise` by far.
@@ -43,12 +51,22 @@ pub(super) fn differing(recording: &Recording, noise: &Noise) -> Option<(String,
     let spreads = spreads.map(|(kind, values)| {
         let (positions, angles) = values.into_iter().unzip();
         // Three coordinates, and two looks for each difference.
+        let (positions, angles): (Vec<f64>, Vec<f64>) = (positions, angles);
+        let bimodal = has_two_modes(positions.clone());
         let of = |values| (trimmed_square(values) / 6.0).sqrt();
-        (kind, Noise { position_m: of(positions), angle_rad: of(angles) })
+        (kind, Noise { position_m: of(positions), angle_rad: of(angles) }, bimodal)
     });
-    let (kind, spread) = spreads.min_by(|a, b| a.1.position_m.total_cmp(&b.1.position_m))?;
-    let differ = spread.position_m > BEYOND * noise.position_m && spread.position_m < MOST_M;
-    differ.then(|| (kind.to_owned(), spread))
+    let (kind, spread, bimodal) =
+        spreads.min_by(|a, b| a.1.position_m.total_cmp(&b.1.position_m))?;
+    let beyond = spread.position_m > BEYOND * noise.position_m;
+    let differ = beyond || (bimodal && spread.position_m > TOLD_M);
+    (differ && spread.position_m < MOST_M).then(|| (kind.to_owned(), spread))
+}
+
+/// Returns whether some differences are much smaller than is usual.
+fn has_two_modes(mut values: Vec<f64>) -> bool {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 10] * MODES < values[values.len() / 2]
 }
 
 /// Returns the mean square of the values without the greatest of them.
@@ -56,4 +74,132 @@ fn trimmed_square(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.truncate(values.len() - (OTHERS * values.len() as f64).ceil() as usize);
     values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Demonstrations in which a reference is seen elsewhere than in the others.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shifted {
+    /// Kind of the reference.
+    pub kind: String,
+    /// The demonstrations.
+    pub demos: BTreeSet<usize>,
+    /// By how much, in metres along the axes of the reference.
+    pub by: [f64; 3],
+}
+
+/// Greatest shift of a reference between demonstrations, in metres. What is farther apart are two places.
+const SHIFT_M: f64 = 0.012;
+/// Least number of demonstrations on each side.
+const SIDE: usize = 2;
+/// Number of standard deviations by which a shift exceeds the noise.
+const SURE: f64 = 6.0;
+/// Share of a shift, beside the noise, by which that of another state may differ.
+const ALIKE: f64 = 0.3;
+
+/// A place of a state, with the poses of each demonstration in its frame.
+struct Seats<'s> {
+    state: &'s FrameState,
+    poses: Vec<(usize, Vector3<f64>)>,
+}
+
+/// Returns the demonstrations in which a reference that nothing moves is seen elsewhere than in the others: all that was put
+/// beside it lies off by the same, in each of them and in no other.
+pub(super) fn shifted(motion: &Motion<'_>, found: &States) -> Option<Shifted> {
+    let kinds = found.fixed.iter();
+    kinds.filter_map(|kind| shift_of(motion, found, kind)).next()
+}
+
+fn shift_of(motion: &Motion<'_>, found: &States, kind: &str) -> Option<Shifted> {
+    let mut seats: BTreeMap<(usize, usize), Seats<'_>> = BTreeMap::new();
+    for (rest, label) in motion.rests.iter().zip(&found.labels) {
+        let Some(fact) = label else { continue };
+        let state = &found.states[fact.state];
+        if state.frame.kind() != Some(kind) || state.origin != Origin::Placed {
+            continue;
+        }
+        let Some(pose) = seat(motion, rest, fact.reference) else { continue };
+        let own = seats.entry((fact.state, fact.place));
+        own.or_insert(Seats { state, poses: Vec::new() }).poses.push((rest.demo, pose));
+    }
+    let seats: Vec<Seats<'_>> = seats.into_values().collect();
+    let noise = motion.noise.position_m.max(CAREFUL_M);
+    for (index, a) in seats.iter().enumerate() {
+        for b in seats[index + 1..].iter().filter(|b| b.state.kind == a.state.kind) {
+            let (few, many) = if a.demos().len() < b.demos().len() { (a, b) } else { (b, a) };
+            let (demos, others) = (few.demos(), many.demos());
+            let by = few.mean(|_| true)? - many.mean(|_| true)?;
+            let told = by.norm() > SURE * noise && by.norm() <= SHIFT_M;
+            let sides = demos.len() >= SIDE && others.len() >= SIDE;
+            if !told || !sides || !demos.is_disjoint(&others) || !few.is_tight() || !many.is_tight() {
+                continue;
+            }
+            // Every place that both sides show is off by the same.
+            let near = ALIKE * by.norm() + SURE * noise;
+            let agrees = seats.iter().all(|seat| {
+                let all = seats.iter().filter(|other| {
+                    let apart = other.mean(|_| true).zip(seat.mean(|_| true));
+                    other.state.kind == seat.state.kind
+                        && apart.is_some_and(|(a, b)| (a - b).norm() <= SHIFT_M + near)
+                });
+                let all: Vec<&Seats<'_>> = all.collect();
+                let side = |inside: bool| {
+                    let poses = all.iter().flat_map(|s| &s.poses);
+                    mean(poses.filter(|(d, _)| demos.contains(d) == inside).map(|(_, p)| *p))
+                };
+                side(true).zip(side(false)).is_none_or(|(a, b)| (a - b - by).norm() <= near)
+            });
+            if agrees {
+                return Some(Shifted { kind: kind.to_owned(), demos, by: by.into() });
+            }
+        }
+    }
+    None
+}
+
+/// Standard deviation of a careful placing, in metres.
+const CAREFUL_M: f64 = 3e-4;
+
+fn seat(motion: &Motion<'_>, rest: &Rest, reference: Option<usize>) -> Option<Vector3<f64>> {
+    let there = motion.rest_during(rest.demo, reference?, (rest.first, rest.last))?;
+    Some(relative(&motion.rests[there].pose, &rest.pose).position.into())
+}
+
+fn mean(values: impl Iterator<Item = Vector3<f64>>) -> Option<Vector3<f64>> {
+    let (sum, count) = values.fold((Vector3::zeros(), 0.0), |(sum, n), v| (sum + v, n + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+impl Seats<'_> {
+    fn demos(&self) -> BTreeSet<usize> {
+        self.poses.iter().map(|(demo, _)| *demo).collect()
+    }
+
+    fn mean(&self, wanted: impl Fn(usize) -> bool) -> Option<Vector3<f64>> {
+        mean(self.poses.iter().filter(|(demo, _)| wanted(*demo)).map(|(_, pose)| *pose))
+    }
+
+    fn is_tight(&self) -> bool {
+        let tight = |c: &Coordinate| matches!(c, Coordinate::Tight { .. });
+        self.state.places.iter().all(|p| p.coordinates.iter().all(tight))
+    }
+}
+
+impl Shifted {
+    /// Returns the recording with the reference where the other demonstrations see it. What lies off in its frame by more is
+    /// where the reference is off by less.
+    pub fn corrected(&self, recording: &Recording) -> Recording {
+        let mut recording = recording.clone();
+        for (index, demo) in recording.demos.iter_mut().enumerate() {
+            if !self.demos.contains(&index) {
+                continue;
+            }
+            for object in demo.snapshots.iter_mut().flat_map(|s| &mut s.objects) {
+                if *object.kind == *self.kind {
+                    let by = object.pose.rotation() * Vector3::from(self.by);
+                    (0..3).for_each(|i| object.pose.position[i] += by[i]);
+                }
+            }
+        }
+        recording
+    }
 }
