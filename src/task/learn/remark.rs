@@ -15,11 +15,13 @@ pub enum Remark {
         /// The usual distance between two looks, in metres.
         off_m: f64,
     },
-    /// A reference is seen elsewhere in some demonstrations than in the others, as by another camera. It was taken to be where
-    /// the others see it.
+    /// What was put at a reference is seen elsewhere in some demonstrations than in the others, as by another camera. It was
+    /// taken to be where the others see it.
     DemonstrationsDiffer {
-        /// Kind of the reference.
-        kind: String,
+        /// Kind of what was put there; `None` for all kinds.
+        kind: Option<String>,
+        /// Kind of the reference; `None` for the world.
+        reference: Option<String>,
         /// Numbers of the demonstrations.
         demos: Vec<u64>,
         /// The distance, in metres.
@@ -67,11 +69,13 @@ impl fmt::Display for Remark {
                  places less than that apart are taken for one",
                 1e3 * off_m
             ),
-            Self::DemonstrationsDiffer { kind, demos, off_m } => {
+            Self::DemonstrationsDiffer { kind, reference, demos, off_m } => {
                 let demos: Vec<String> = demos.iter().map(u64::to_string).collect();
+                let what = kind.as_ref().map_or("all that".into(), |kind| format!("a `{kind}` that"));
+                let at = reference.as_ref().map_or(String::new(), |kind| format!(" at `{kind}`"));
                 write!(
                     f,
-                    "in demonstrations {}, all that was put at `{kind}` is {:.0} mm off from where the others show it, as by \
+                    "in demonstrations {}, {what} was put down{at} is {:.0} mm off from where the others show it, as by \
                      another camera; it was taken for one place",
                     listed(&demos),
                     1e3 * off_m

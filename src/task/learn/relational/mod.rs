@@ -24,6 +24,9 @@ use crate::task::recording::Recording;
 use motion::Motion;
 use views::Shifted;
 
+/// Greatest number of things that are seen elsewhere in some demonstrations.
+const MOST_SHIFTED: usize = 8;
+
 /// Learns from a recording whose settings were checked.
 pub(super) fn learn(
     recording: &Recording,
@@ -59,12 +62,13 @@ pub(super) fn learn(
         }));
     }
     let mut found = states::find(&motion);
-    // Where a reference is seen elsewhere in some demonstrations, it is taken to be where the others see it.
-    let shifted = views::shifted(&motion, &found);
-    let corrected = shifted.as_ref().map(|shifted| shifted.corrected(recording));
-    if let Some(corrected) = &corrected {
-        motion = Motion::of(corrected, settings.p);
+    let mut shifted = Vec::new();
+    while shifted.len() < MOST_SHIFTED
+        && let Some(one) = views::shifted(&motion, &found)
+    {
+        one.correct(&mut motion, &found);
         found = states::find(&motion);
+        shifted.push(one);
     }
     observer.observe(&Event::Learning(LearningStep::Deciding));
     let built = operators::find(&motion, &mut found);
@@ -91,10 +95,10 @@ pub(super) fn learn(
     domain.check()?;
     let mut remarks = Vec::new();
     remarks.extend(motion.views.map(|(kind, off_m)| Remark::ViewsDiffer { kind, off_m }));
-    remarks.extend(shifted.map(|Shifted { kind, demos, by }| {
+    remarks.extend(shifted.into_iter().map(|Shifted { own, reference, demos, by }| {
         let demos = demos.into_iter().map(|d| recording.demos[d].number).collect();
         let off_m = by.iter().map(|v| v * v).sum::<f64>().sqrt();
-        Remark::DemonstrationsDiffer { kind, demos, off_m }
+        Remark::DemonstrationsDiffer { kind: own, reference, demos, off_m }
     }));
     remarks.extend(found.moved_by_others.into_iter().map(|kind| Remark::MovedByOthers { kind }));
     remarks.extend(no_goal.map(Remark::NoGoal));

@@ -76,11 +76,13 @@ fn trimmed_square(mut values: Vec<f64>) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Demonstrations in which a reference is seen elsewhere than in the others.
+/// Demonstrations in which something is seen elsewhere than in the others.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Shifted {
-    /// Kind of the reference.
-    pub kind: String,
+    /// Kind of the reference from which all is off; `None` if it is the world.
+    pub reference: Option<String>,
+    /// Kind of what is off; `None` for all that was put at the reference.
+    pub own: Option<String>,
     /// The demonstrations.
     pub demos: BTreeSet<usize>,
     /// By how much, in metres along the axes of the reference.
@@ -102,27 +104,37 @@ struct Seats<'s> {
     poses: Vec<(usize, Vector3<f64>)>,
 }
 
-/// Returns the demonstrations in which a reference that nothing moves is seen elsewhere than in the others: all that was put
-/// beside it lies off by the same, in each of them and in no other.
+/// Returns the demonstrations in which all that was put at a reference that nothing moves lies off by the same, in each of
+/// them and in no other; or all objects of one kind.
 pub(super) fn shifted(motion: &Motion<'_>, found: &States) -> Option<Shifted> {
-    let kinds = found.fixed.iter();
-    kinds.filter_map(|kind| shift_of(motion, found, kind)).next()
+    let frames = || found.fixed.iter().map(|kind| Some(&**kind));
+    let kinds: BTreeSet<&str> = found.states.iter().map(|state| &*state.kind).collect();
+    let all = frames().map(|frame| (frame, None));
+    let single = frames().chain(kinds.iter().map(|k| Some(*k))).chain([None]);
+    let single = single.flat_map(|f| kinds.iter().map(move |k| (f, Some(*k))));
+    all.chain(single).find_map(|(frame, own)| shift_of(motion, found, frame, own))
 }
 
-fn shift_of(motion: &Motion<'_>, found: &States, kind: &str) -> Option<Shifted> {
+fn shift_of(
+    motion: &Motion<'_>,
+    found: &States,
+    frame: Option<&str>,
+    own: Option<&str>,
+) -> Option<Shifted> {
     let mut seats: BTreeMap<(usize, usize), Seats<'_>> = BTreeMap::new();
     for (rest, label) in motion.rests.iter().zip(&found.labels) {
         let Some(fact) = label else { continue };
         let state = &found.states[fact.state];
-        if state.frame.kind() != Some(kind) || state.origin != Origin::Placed {
+        let other = own.is_some_and(|own| own != state.kind);
+        if other || state.frame.kind() != frame || state.origin != Origin::Placed {
             continue;
         }
         let Some(pose) = seat(motion, rest, fact.reference) else { continue };
         let own = seats.entry((fact.state, fact.place));
         own.or_insert(Seats { state, poses: Vec::new() }).poses.push((rest.demo, pose));
     }
-    let seats: Vec<Seats<'_>> = seats.into_values().collect();
     let noise = motion.noise.position_m.max(CAREFUL_M);
+    let seats: Vec<Seats<'_>> = seats.into_values().flat_map(|s| s.split(SURE * noise)).collect();
     for (index, a) in seats.iter().enumerate() {
         for b in seats[index + 1..].iter().filter(|b| b.state.kind == a.state.kind) {
             let (few, many) = if a.demos().len() < b.demos().len() { (a, b) } else { (b, a) };
@@ -149,7 +161,8 @@ fn shift_of(motion: &Motion<'_>, found: &States, kind: &str) -> Option<Shifted> 
                 side(true).zip(side(false)).is_none_or(|(a, b)| (a - b - by).norm() <= near)
             });
             if agrees {
-                return Some(Shifted { kind: kind.to_owned(), demos, by: by.into() });
+                let [reference, own] = [frame, own].map(|kind| kind.map(str::to_owned));
+                return Some(Shifted { reference, own, demos, by: by.into() });
             }
         }
     }
@@ -160,7 +173,8 @@ fn shift_of(motion: &Motion<'_>, found: &States, kind: &str) -> Option<Shifted> 
 const CAREFUL_M: f64 = 3e-4;
 
 fn seat(motion: &Motion<'_>, rest: &Rest, reference: Option<usize>) -> Option<Vector3<f64>> {
-    let there = motion.rest_during(rest.demo, reference?, (rest.first, rest.last))?;
+    let Some(reference) = reference else { return Some(rest.pose.position.into()) };
+    let there = motion.rest_during(rest.demo, reference, (rest.first, rest.last))?;
     Some(relative(&motion.rests[there].pose, &rest.pose).position.into())
 }
 
@@ -170,6 +184,24 @@ fn mean(values: impl Iterator<Item = Vector3<f64>>) -> Option<Vector3<f64>> {
 }
 
 impl Seats<'_> {
+    /// Cuts poses at their widest gap, if it is wider than `least` and cuts no demonstration.
+    fn split(self, least: f64) -> Vec<Self> {
+        let gap = (0..3).filter_map(|i| {
+            let mut values: Vec<f64> = self.poses.iter().map(|(_, pose)| pose[i]).collect();
+            values.sort_by(f64::total_cmp);
+            let widest = values.windows(2).map(|two| (two[1] - two[0], two[0]));
+            widest.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(wide, below)| (wide, i, below))
+        });
+        let gap = gap.filter(|(wide, ..)| *wide > least).max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, i, below)) = gap.filter(|_| self.is_tight()) else { return vec![self] };
+        let (low, high) = self.poses.iter().partition(|(_, pose)| pose[i] <= below);
+        let sides = [low, high].map(|poses| Seats { state: self.state, poses });
+        match sides[0].demos().is_disjoint(&sides[1].demos()) {
+            true => sides.into(),
+            false => vec![self],
+        }
+    }
+
     fn demos(&self) -> BTreeSet<usize> {
         self.poses.iter().map(|(demo, _)| *demo).collect()
     }
@@ -185,21 +217,43 @@ impl Seats<'_> {
 }
 
 impl Shifted {
-    /// Returns the recording with the reference where the other demonstrations see it. What lies off in its frame by more is
-    /// where the reference is off by less.
-    pub fn corrected(&self, recording: &Recording) -> Recording {
-        let mut recording = recording.clone();
-        for (index, demo) in recording.demos.iter_mut().enumerate() {
-            if !self.demos.contains(&index) {
-                continue;
+    /// Puts everything where the other demonstrations see it.
+    pub fn correct(&self, motion: &mut Motion<'_>, found: &States) {
+        let by = Vector3::from(self.by);
+        let here = |motion: &Motion<'_>, rest: &Rest, kind: &str| {
+            self.demos.contains(&rest.demo) && motion.kind(rest) == kind
+        };
+        let mut moves: Vec<(usize, Vector3<f64>)> = Vec::new();
+        match (&self.own, &self.reference) {
+            // The reference is off, the other way.
+            (None, Some(kind)) => {
+                let own = (motion.rests.iter().enumerate()).filter(|(_, r)| here(motion, r, kind));
+                moves.extend(own.map(|(index, rest)| (index, rest.pose.rotation() * by)));
             }
-            for object in demo.snapshots.iter_mut().flat_map(|s| &mut s.objects) {
-                if *object.kind == *self.kind {
-                    let by = object.pose.rotation() * Vector3::from(self.by);
-                    (0..3).for_each(|i| object.pose.position[i] += by[i]);
+            (own, reference) => {
+                let mut shifted: BTreeSet<(usize, usize)> = BTreeSet::new();
+                for (index, (rest, label)) in motion.rests.iter().zip(&found.labels).enumerate() {
+                    let Some(fact) = label else { continue };
+                    let state = &found.states[fact.state];
+                    let is_own = own.as_deref().is_none_or(|own| here(motion, rest, own))
+                        && state.frame.kind() == reference.as_deref()
+                        && state.origin == Origin::Placed;
+                    // What lies on it goes with it.
+                    let rides = fact.reference.is_some_and(|on| shifted.contains(&(rest.demo, on)));
+                    if !self.demos.contains(&rest.demo) || !(is_own || rides) {
+                        continue;
+                    }
+                    let frame = fact.reference.filter(|_| is_own).and_then(|on| {
+                        motion.rest_during(rest.demo, on, (rest.first, rest.last))
+                    });
+                    let turned = frame.map_or(by, |f| motion.rests[f].pose.rotation() * by);
+                    shifted.insert((rest.demo, rest.track));
+                    moves.push((index, -turned));
                 }
             }
         }
-        recording
+        for (rest, by) in moves {
+            (0..3).for_each(|i| motion.rests[rest].pose.position[i] += by[i]);
+        }
     }
 }
