@@ -386,7 +386,8 @@ impl Classifier {
         let (mut squares, mut density) = (0.0, 0.0);
         let mut tight = Vec::new();
         let mut deviation = Vector3::zeros();
-        let in_area = state.origin == Origin::Found && place.coordinates.iter().any(|c| c.is_open());
+        let in_area =
+            state.origin == Origin::Found && place.coordinates.iter().any(|c| c.is_open());
         for (i, coordinate) in place.coordinates.iter().enumerate() {
             let x = pose.position[i];
             match *coordinate {

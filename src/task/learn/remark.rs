@@ -71,7 +71,8 @@ impl fmt::Display for Remark {
             ),
             Self::DemonstrationsDiffer { kind, reference, demos, off_m } => {
                 let demos: Vec<String> = demos.iter().map(u64::to_string).collect();
-                let what = kind.as_ref().map_or("all that".into(), |kind| format!("a `{kind}` that"));
+                let what =
+                    kind.as_ref().map_or("all that".into(), |kind| format!("a `{kind}` that"));
                 let at = reference.as_ref().map_or(String::new(), |kind| format!(" at `{kind}`"));
                 write!(
                     f,
@@ -98,9 +99,9 @@ impl fmt::Display for NoGoal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoAction => f.write_str("no action was learned"),
-            Self::NothingNew => {
-                f.write_str("all that holds at the end of the demonstrations held in them all along")
-            }
+            Self::NothingNew => f.write_str(
+                "all that holds at the end of the demonstrations held in them all along",
+            ),
             Self::EndsDiffer { ends, of } => {
                 let ends = ends.iter().map(|(name, held)| format!("`{name}` in {held} of {of}"));
                 let ends: Vec<String> = ends.collect();
@@ -120,11 +121,14 @@ fn listed(names: &[String]) -> String {
 /// Distance up to which two places are the same, in metres.
 const SAME_M: f64 = 5e-3;
 
+/// The states between which an action moves its object.
+type Move<'d> = (&'d FrameState, &'d FrameState);
+
 /// Returns the groups of kinds to which the same is done: their actions lead between places in the same frames that agree in
 /// at least two coordinates. The height at which objects lie tells their size, not what is done to them.
 pub(super) fn alike(domain: &RelationalDomain) -> Vec<Remark> {
     let state = |index: usize| &domain.states[index];
-    let mut groups: Vec<(&str, Vec<(&FrameState, &FrameState)>, Vec<String>)> = Vec::new();
+    let mut groups: Vec<(Vec<Move<'_>>, Vec<String>)> = Vec::new();
     let mut kinds: Vec<&str> = domain.states.iter().map(|s| &*s.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -133,21 +137,22 @@ pub(super) fn alike(domain: &RelationalDomain) -> Vec<Remark> {
         let moves = own.flat_map(|o| o.from.iter().map(|from| (state(*from), state(o.to))));
         let mut moves: Vec<_> = moves.collect();
         moves.sort_by_key(|(from, to)| (from.frame.kind(), to.frame.kind()));
-        let same = |others: &[(&FrameState, &FrameState)]| {
+        let same = |others: &[Move<'_>]| {
             let pairs = || moves.iter().zip(others);
             !moves.is_empty()
                 && moves.len() == others.len()
                 && pairs().all(|(a, b)| is_alike(a.0, b.0) && is_alike(a.1, b.1))
         };
-        match groups.iter_mut().find(|(_, others, _)| same(others)) {
+        match groups.iter_mut().find(|(others, _)| same(others)) {
             Some((.., kinds)) => kinds.push(kind.to_owned()),
-            None => groups.push((kind, moves, vec![kind.to_owned()])),
+            None => groups.push((moves, vec![kind.to_owned()])),
         }
     }
-    let groups = groups.into_iter().filter(|(.., kinds)| kinds.len() > 1);
+    let groups = groups.into_iter().filter(|(_, kinds)| kinds.len() > 1);
     groups
-        .map(|(_, moves, kinds)| {
-            let mut to: Vec<String> = moves.iter().map(|(_, to)| to.frame.name().to_owned()).collect();
+        .map(|(moves, kinds)| {
+            let mut to: Vec<String> =
+                moves.iter().map(|(_, to)| to.frame.name().to_owned()).collect();
             to.dedup();
             Remark::Alike { kinds, to }
         })
@@ -168,7 +173,9 @@ fn agree(a: &Place, b: &Place) -> bool {
         (Coordinate::Tight { mean: a, .. }, Coordinate::Tight { mean: b, .. }) => {
             (a - b).abs() <= SAME_M
         }
-        (Coordinate::Open { low: a, high: b }, Coordinate::Open { low: c, high: d }) => a <= d && c <= b,
+        (Coordinate::Open { low: a, high: b }, Coordinate::Open { low: c, high: d }) => {
+            a <= d && c <= b
+        }
         _ => false,
     });
     near.count() >= 2

@@ -74,7 +74,8 @@ pub(super) fn guess(
             && up.is_some_and(|up| up > motion.least.0)
     };
     let bases = moving.iter().filter(|(t, ..)| !moving.iter().any(|(b, ..)| rides(*t, *b)));
-    let best = bases.max_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1)).then(b.0.cmp(&a.0)));
+    let best =
+        bases.max_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1)).then(b.0.cmp(&a.0)));
     let turned = || {
         (0..tracks.len())
             .filter_map(|t| ends(t, false).map(|(before, after)| (t, angle(before, after))))

@@ -84,7 +84,9 @@ impl<'m, 'r> Frames<'m, 'r> {
         };
         frames.follow_containers();
         let others = (0..frames.kinds.len()).filter(|k| {
-            frames.moves[*k] && !handled.contains(&frames.kinds[*k]) && frames.is_moved_by_others(*k)
+            frames.moves[*k]
+                && !handled.contains(&frames.kinds[*k])
+                && frames.is_moved_by_others(*k)
         });
         frames.moved_by_others = others.collect();
         for kind in &frames.moved_by_others {
@@ -105,7 +107,8 @@ impl<'m, 'r> Frames<'m, 'r> {
         if own.iter().any(|rest| self.carried_from.contains_key(rest)) {
             return false;
         }
-        let frames = (0..=self.kinds.len()).filter(|f| f.checked_sub(1).is_none_or(|k| !self.moves[k]));
+        let frames =
+            (0..=self.kinds.len()).filter(|f| f.checked_sub(1).is_none_or(|k| !self.moves[k]));
         let frames: Vec<usize> = frames.collect();
         let near = motion.least.0.max(SAME_M);
         let again = |rest: usize| {

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::motion::Motion;
 use super::operators::scene;
 use super::states::States;
-use crate::task::learn::NoGoal;
 use crate::task::domain::{GoalTerm, Place, Quantity, RelationalOperator, Situation};
+use crate::task::learn::NoGoal;
 
 /// Share of the demonstrations that have to end with a term fulfilled.
 const GOAL: f64 = 0.9;

@@ -142,7 +142,8 @@ fn shift_of(
             let by = few.mean(|_| true)? - many.mean(|_| true)?;
             let told = by.norm() > SURE * noise && by.norm() <= SHIFT_M;
             let sides = demos.len() >= SIDE && others.len() >= SIDE;
-            if !told || !sides || !demos.is_disjoint(&others) || !few.is_tight() || !many.is_tight() {
+            if !told || !sides || !demos.is_disjoint(&others) || !few.is_tight() || !many.is_tight()
+            {
                 continue;
             }
             // Every place that both sides show is off by the same.
@@ -243,9 +244,10 @@ impl Shifted {
                     if !self.demos.contains(&rest.demo) || !(is_own || rides) {
                         continue;
                     }
-                    let frame = fact.reference.filter(|_| is_own).and_then(|on| {
-                        motion.rest_during(rest.demo, on, (rest.first, rest.last))
-                    });
+                    let frame = fact
+                        .reference
+                        .filter(|_| is_own)
+                        .and_then(|on| motion.rest_during(rest.demo, on, (rest.first, rest.last)));
                     let turned = frame.map_or(by, |f| motion.rests[f].pose.rotation() * by);
                     shifted.insert((rest.demo, rest.track));
                     moves.push((index, -turned));
