@@ -2,6 +2,7 @@
 
 mod carried;
 mod cluster;
+mod following;
 mod frames;
 mod goals;
 mod likelihood;
