@@ -54,4 +54,5 @@ mod task_files;
 mod teaching;
 mod traces;
 mod trials;
+mod unseen;
 mod worlds;

@@ -37,7 +37,8 @@ fn all_tasks_are_listed_and_the_files_say_what_they_are() {
     let all = tasks::all().expect("all are valid");
     let names: Vec<&str> = all.iter().map(|task| task.name()).collect();
     assert_eq!(names[0], "nuts-and-bolts");
-    let files = ["movable-jig", "drawer", "cup", "table-setting", "tower", "flange", "sorting"];
+    let files =
+        ["movable-jig", "drawer", "cup", "table-setting", "tower", "flange", "sorting", "packing"];
     assert_eq!(names[1..], files);
     let of = [
         (JIG, 3, 6),

@@ -122,6 +122,9 @@ pub(crate) fn tables(learned: &Learned) -> String {
             .for_each(|(state, kind)| grid.row([state.clone(), kind.clone()]));
         section(&mut text, UNSURE, &grid);
     }
+    for remark in &learned.remarks {
+        let _ = writeln!(text, "{}\n", wrapped(&format!("{remark}."), 0));
+    }
     text += &report_tables(&learned.report);
     if learned.outliers > 0 {
         let poses = counted(learned.outliers, "pose");
@@ -199,6 +202,7 @@ fn summary(learned: &Learned, question: Option<&Question>) -> Value {
         "outliers": learned.outliers,
         "unachieved": learned.unachieved,
         "unsure_frames": learned.unsure_frames,
+        "remarks": learned.remarks.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "ask": question,
     });
     let mut all = domain_tables::summary(&learned.domain);

@@ -334,10 +334,7 @@ impl Classifier {
         }
         let noise = self.noise_m * self.noise_m;
         if rests(state) {
-            let up = up.map_or(0.0, |up| up[i]);
-            let prior = between(&self.priors, up).sqrt();
-            let own = predictive(prior, sd, place.count);
-            return (between(&PLAY, up) + own + noise).sqrt();
+            return self.careful(place, sd, (i, up));
         }
         let prior = if state.origin == Origin::Found { FOUND_M } else { PRIOR.0 };
         let prior = prior.min(gaps[i] / GAP);
@@ -352,6 +349,14 @@ impl Classifier {
             _ => sd,
         };
         ((prior * prior + (n - 1.0) * sd * sd) / n + noise).sqrt().max(FLOOR.0)
+    }
+
+    /// Returns the standard deviation in metres of coordinate `i` of objects that were put down with care.
+    fn careful(&self, place: &Place, sd: f64, (i, up): (usize, Option<Vector3<f64>>)) -> f64 {
+        let up = up.map_or(0.0, |up| up[i]);
+        let prior = between(&self.priors, up).sqrt();
+        let own = predictive(prior, sd, place.count);
+        (between(&PLAY, up) + own + self.noise_m * self.noise_m).sqrt()
     }
 
     /// Returns the standard deviation in radians with which an orientation that tells states apart is compared.
@@ -381,6 +386,8 @@ impl Classifier {
         let (mut squares, mut density) = (0.0, 0.0);
         let mut tight = Vec::new();
         let mut deviation = Vector3::zeros();
+        let in_area =
+            state.origin == Origin::Found && place.coordinates.iter().any(|c| c.is_open());
         for (i, coordinate) in place.coordinates.iter().enumerate() {
             let x = pose.position[i];
             match *coordinate {
@@ -390,7 +397,13 @@ impl Classifier {
                     let z = deviation[i] / spread;
                     tight.push(z);
                     squares += z * z;
-                    density -= spread.ln() + 0.919 + 0.5 * z * z;
+                    let log = |spread: f64| {
+                        let z = deviation[i] / spread;
+                        -(spread.ln() + 0.919 + 0.5 * z * z)
+                    };
+                    // What was found in an area may have been put there as carefully as what was put elsewhere.
+                    let careful = in_area.then(|| log(self.careful(place, sd, (i, up))));
+                    density += careful.map_or(log(spread), |careful| careful.max(log(spread)));
                 }
                 Coordinate::Open { low, high } => {
                     let own = (high - low).max(0.01);

@@ -66,7 +66,8 @@ impl Observations<'_> {
         let report = self.report(&clusters, &states, &judged, &operators);
         let domain = Gaussians { states: models, operators, goal, provenance }.domain()?;
         let (unachieved, unsure_frames) = (Vec::new(), Vec::new());
-        Ok(Learned { domain, report, outliers: 0, unachieved, unsure_frames })
+        let remarks = Vec::new();
+        Ok(Learned { domain, report, outliers: 0, unachieved, unsure_frames, remarks })
     }
 
     /// Returns the clusters that occur only before or after failed attempts.

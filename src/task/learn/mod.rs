@@ -62,6 +62,7 @@ mod observations;
 mod operators;
 mod paper;
 mod relational;
+mod remark;
 mod summary;
 mod threshold;
 mod tracks;
@@ -73,6 +74,7 @@ pub use crate::task::domain::distance::{
 pub use attempts::MOVED_M;
 pub use gaussian::{PoseGaussian, robust_mean};
 pub use linkage::{Dendrogram, MAX_POINTS, Merge};
+pub use remark::{NoGoal, Remark};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
@@ -167,6 +169,8 @@ pub struct Learned {
     /// Names of states, each with the kind of object beside which their objects came to lie. The states were learned in
     /// the world, and may be places beside these objects instead: a single demonstration does not tell.
     pub unsure_frames: Vec<(String, String)>,
+    /// What else a person should know.
+    pub remarks: Vec<Remark>,
 }
 
 /// Learns a domain from a recording.

@@ -13,6 +13,7 @@
 //! | `tower` | builds a tower of three blocks on a pad |
 //! | `flange` | puts four bolts into a flange, then a cover on top |
 //! | `sorting` | sorts a heap into two bins |
+//! | `packing` | packs three kinds of parts into either of two equal boxes |
 //!
 //! The synthetic demonstrations of [`nuts_and_bolts`] need no physics. Everything else here needs the feature
 //! `physics`.
@@ -73,7 +74,7 @@ mod registry {
 
     /// The tasks that are task files. To add one, write its file and name it here.
     pub(super) const FILES: &[(&str, &str)] =
-        files!["movable-jig" "drawer" "cup" "table-setting" "tower" "flange" "sorting"];
+        files!["movable-jig" "drawer" "cup" "table-setting" "tower" "flange" "sorting" "packing"];
 
     pub(super) fn read(&(name, text): &(&str, &str)) -> Result<Arc<dyn Task>, TaskError> {
         Ok(Arc::new(DataTask::parse(text.as_bytes(), &format!("{name}.json"))?))

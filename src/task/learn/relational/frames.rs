@@ -13,6 +13,8 @@ pub(super) const SMALLEST_M: f64 = 0.05;
 /// Further weight of the horizontal distance from a reference that moves, beyond that of two parts which touch.
 const BESIDE: f64 = 2.0;
 const PART_M: f64 = 0.04;
+/// Distance up to which two places are the same, in metres.
+const SAME_M: f64 = 5e-3;
 /// Least ratio of the width of a table to the differences in height on it.
 const FLAT: f64 = 4.0;
 
@@ -31,6 +33,8 @@ pub(super) struct Frames<'m, 'r> {
     pub carried_from: BTreeMap<usize, usize>,
     /// The inverse of `carried_from`.
     pub carried_to: BTreeMap<usize, usize>,
+    /// The kinds that are no part of the task, although they move: another hand moved them.
+    pub moved_by_others: Vec<usize>,
 }
 
 impl<'m, 'r> Frames<'m, 'r> {
@@ -76,9 +80,47 @@ impl<'m, 'r> Frames<'m, 'r> {
             up,
             carried_from: BTreeMap::new(),
             carried_to: BTreeMap::new(),
+            moved_by_others: Vec::new(),
         };
         frames.follow_containers();
+        let others = (0..frames.kinds.len()).filter(|k| {
+            frames.moves[*k]
+                && !handled.contains(&frames.kinds[*k])
+                && frames.is_moved_by_others(*k)
+        });
+        frames.moved_by_others = others.collect();
+        for kind in &frames.moved_by_others {
+            frames.moves[*kind] = false;
+        }
         frames
+    }
+
+    /// Returns whether it was another hand that moved objects of a kind that no attempt handled. If they carried one another,
+    /// or came to the same place in several demonstrations, while something else was handled, they are part of the task.
+    fn is_moved_by_others(&self, kind: usize) -> bool {
+        let motion = self.motion;
+        let own = (0..motion.rests.len()).filter(|r| {
+            let rest = &motion.rests[*r];
+            rest.came == Came::Carried && motion.kind(rest) == &*self.kinds[kind]
+        });
+        let own: Vec<usize> = own.collect();
+        if own.iter().any(|rest| self.carried_from.contains_key(rest)) {
+            return false;
+        }
+        let frames =
+            (0..=self.kinds.len()).filter(|f| f.checked_sub(1).is_none_or(|k| !self.moves[k]));
+        let frames: Vec<usize> = frames.collect();
+        let near = motion.least.0.max(SAME_M);
+        let again = |rest: usize| {
+            let others = own.iter().filter(|o| motion.rests[**o].demo != motion.rests[rest].demo);
+            let mut alike = others.flat_map(|other| frames.iter().map(|f| (*other, *f)));
+            alike.any(|(other, frame)| {
+                let (a, b) = (self.pose(rest, frame), self.pose(other, frame));
+                a.zip(b).is_some_and(|(a, b)| a.distance(&b) <= near)
+            })
+        };
+        let by_action = own.iter().filter(|r| !motion.moved_between_attempts(**r) && again(**r));
+        2 * by_action.count() < own.len()
     }
 
     /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.

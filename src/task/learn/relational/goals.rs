@@ -6,6 +6,7 @@ use super::motion::Motion;
 use super::operators::scene;
 use super::states::States;
 use crate::task::domain::{GoalTerm, Place, Quantity, RelationalOperator, Situation};
+use crate::task::learn::NoGoal;
 
 /// Share of the demonstrations that have to end with a term fulfilled.
 const GOAL: f64 = 0.9;
@@ -18,6 +19,17 @@ struct Ends<'m, 'r> {
     last: Vec<(usize, Situation)>,
     /// Number of demonstrations that have to end with a term fulfilled.
     enough: usize,
+    /// For each of the demonstrations, the tracks of which nobody knows where they are at its end.
+    unknown: Vec<Vec<usize>>,
+}
+
+/// How many demonstrations fulfil a term.
+#[derive(Debug, Clone, Copy, Default)]
+struct Held {
+    /// Number that do.
+    held: usize,
+    /// Number that may, by an object that is not seen.
+    may: usize,
 }
 
 /// Returns the terms of the goal, in the order in which they were completed. Returns also the states that hold at the end
@@ -31,11 +43,17 @@ pub(super) fn goals(
         operators.iter().flat_map(RelationalOperator::achieves).collect();
     let end = |d: usize| Some((d, scene(motion, found, d, motion.last(d)?)));
     let last: Vec<_> = (0..motion.recording.demos.len()).filter_map(end).collect();
-    // Errors of sensing, and objects that are not seen for a moment, can hide a term at the end of one demonstration.
-    let (of, share) = (last.len(), GOAL * last.len() as f64);
-    let unsure = motion.is_noisy() || motion.flickers;
-    let enough = if unsure { share.floor() } else { share.ceil() }.max(1.0) as usize;
-    let ends = Ends { motion, found, last, enough };
+    let of = last.len();
+    let enough = (GOAL * of as f64).ceil().max(1.0) as usize;
+    let lost = |d: usize, end: &Situation| -> Vec<usize> {
+        let at = motion.last(d).unwrap_or(0);
+        // Errors of sensing hide where an object is, too.
+        let unsure = motion.flickers || motion.is_noisy();
+        let unplaced = |t: &usize| unsure && end[*t].is_none();
+        (0..end.len()).filter(|t| unplaced(t) || motion.vanished(d, *t, at)).collect()
+    };
+    let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();
+    let ends = Ends { motion, found, last, enough, unknown };
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
     let mut unachieved = Vec::new();
     for state in 0..found.states.len() {
@@ -59,14 +77,58 @@ pub(super) fn goals(
                 let own = end.iter().flatten().filter(|l| l.state == term.state);
                 own.filter(|l| of(l.reference) == Some(*within)).count()
             };
-            let held = ends.last.iter().filter(|(_, end)| count(end) >= least).count();
-            (needed && held >= enough).then_some((*within, held))
+            let ended = ends.last.iter().enumerate().map(|(index, (_, end))| {
+                let count = count(end);
+                (count >= least, count + ends.hidden(index, term.state) >= least)
+            });
+            let ended = Held::of(ended);
+            (needed && ends.suffices(ended)).then_some((*within, ended.held))
         });
         if let Some((within, held)) = bound.max_by_key(|(_, held)| *held) {
             (term.reference, term.held) = (Some(within), held);
         }
     }
     (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
+}
+
+/// Returns why there is no goal.
+pub(super) fn lacking(
+    motion: &Motion<'_>,
+    found: &States,
+    operators: &[RelationalOperator],
+) -> NoGoal {
+    if operators.is_empty() {
+        return NoGoal::NoAction;
+    }
+    let demos = (0..motion.recording.demos.len()).filter_map(|d| Some((d, motion.last(d)?)));
+    let demos: Vec<(usize, usize)> = demos.collect();
+    let count = |d: usize, snapshot: usize, state: usize| {
+        let scene = scene(motion, found, d, snapshot);
+        scene.iter().flatten().filter(|fact| fact.state == state).count()
+    };
+    let achieved: BTreeSet<usize> =
+        operators.iter().flat_map(RelationalOperator::achieves).collect();
+    let gained = achieved.into_iter().map(|state| {
+        let more = |(d, last): &&(usize, usize)| count(*d, *last, state) > count(*d, 0, state);
+        (found.states[state].name.clone(), demos.iter().filter(more).count())
+    });
+    let ends: Vec<(String, usize)> = gained.filter(|(_, held)| *held > 0).collect();
+    match ends.is_empty() {
+        true => NoGoal::NothingNew,
+        false => NoGoal::EndsDiffer { ends, of: demos.len() },
+    }
+}
+
+impl Held {
+    /// Counts the demonstrations, given for each whether it fulfils a term and whether it may.
+    fn of(ended: impl Iterator<Item = (bool, bool)>) -> Self {
+        let mut counts = Self::default();
+        for (held, may) in ended {
+            counts.held += usize::from(held);
+            counts.may += usize::from(may && !held);
+        }
+        counts
+    }
 }
 
 impl Ends<'_, '_> {
@@ -83,12 +145,28 @@ impl Ends<'_, '_> {
         tracks.filter(move |(_, t)| &*t.kind == kind).map(|(i, _)| i)
     }
 
-    /// Returns the number that nearly all demonstrations reach, and how many do.
-    fn reached(&self, counts: impl Iterator<Item = usize>) -> (usize, usize) {
-        let mut sorted: Vec<usize> = counts.collect();
-        sorted.sort_unstable_by(|a, b| b.cmp(a));
-        let least = sorted[self.enough - 1];
-        (least, sorted.iter().filter(|count| **count >= least).count())
+    /// Returns the number of objects that may be in a state at the end of a demonstration without being seen.
+    fn hidden(&self, index: usize, state: usize) -> usize {
+        let (demo, kind) = (self.last[index].0, &self.found.states[state].kind);
+        let tracks = &self.motion.tracks[demo];
+        self.unknown[index].iter().filter(|t| *tracks[**t].kind == **kind).count()
+    }
+
+    /// Returns whether nearly all demonstrations fulfil a term, or may.
+    fn suffices(&self, ended: Held) -> bool {
+        let seen = ended.may == 0 || 2 * ended.held > self.last.len();
+        seen && ended.held + ended.may >= self.enough
+    }
+
+    /// Returns the number that nearly all demonstrations reach, and how many do, given the number of each and how many
+    /// more it may be.
+    fn reached(&self, counts: &[(usize, usize)]) -> (usize, usize) {
+        let ended = |least: usize| {
+            Held::of(counts.iter().map(|(count, more)| (*count >= least, count + more >= least)))
+        };
+        let most = counts.iter().map(|(count, _)| *count).max().unwrap_or(0);
+        let least = (1..=most).rev().find(|least| self.suffices(ended(*least))).unwrap_or(0);
+        (least, ended(least).held)
     }
 
     /// Returns how many objects have to be in a state, and how many demonstrations end so; `None` if it is no goal.
@@ -97,24 +175,27 @@ impl Ends<'_, '_> {
             let own = end.iter().flatten().filter(|l| l.state == state);
             own.filter(|l| within.is_none() || l.reference == within).count()
         };
+        let hidden: Vec<usize> = (0..self.last.len()).map(|i| self.hidden(i, state)).collect();
         let counts: Vec<usize> = self.last.iter().map(|(_, end)| at(end, None)).collect();
         // A state that held all along was no goal of the demonstrator. One that was left and reached again is.
-        let gained =
-            self.last.iter().zip(&counts).filter(|((d, _), end)| {
-                **end > 0 && self.counts(state, *d).any(|count| count < **end)
-            });
-        if gained.count() < self.enough {
+        let gained = self.last.iter().zip(&counts).zip(&hidden).map(|(((d, _), end), hidden)| {
+            let gained = *end > 0 && self.counts(state, *d).any(|count| count < *end);
+            (gained, *hidden > 0)
+        });
+        if !self.suffices(Held::of(gained)) {
             return None;
         }
         let model = &self.found.states[state];
         let present = self.last.iter().map(|(d, _)| self.of_kind(*d, &model.kind).count());
         let present: Vec<usize> = present.collect();
-        let all = counts.iter().zip(&present).filter(|(end, present)| end >= present).count();
-        let several = all >= self.enough && counts.iter().any(|end| *end > 1);
+        let ended = counts.iter().zip(&hidden).zip(&present);
+        let all = Held::of(ended.map(|((c, h), present)| (c >= present, c + h >= *present)));
+        let every = self.suffices(all);
         // A place with room takes all of them, and so does one that did so for different numbers.
-        let whole = several && present.iter().min() < present.iter().max();
-        if several && model.places.iter().any(Place::is_roomy) {
-            return Some((Quantity::EachObject, all));
+        let several = counts.iter().any(|end| *end > 1);
+        let whole = every && several && present.iter().min() < present.iter().max();
+        if every && model.places.iter().any(Place::is_roomy) {
+            return Some((Quantity::EachObject, all.held));
         }
         if let Some(kind) = model.frame.kind() {
             let per = self.last.iter().map(|(d, end)| {
@@ -122,16 +203,18 @@ impl Ends<'_, '_> {
             });
             let per: Vec<Vec<usize>> = per.collect();
             let least = per.iter().map(|counts| counts.iter().copied().min().unwrap_or(0));
-            let (each, held) = self.reached(least);
+            let least: Vec<(usize, usize)> = least.zip(hidden.iter().copied()).collect();
+            let (each, held) = self.reached(&least);
             let more = whole && per.iter().flatten().any(|count| *count > each);
             if each >= 1 && per.iter().any(|counts| counts.len() > 1) && !more {
                 return Some((Quantity::EachReference(each), held));
             }
         }
         if whole {
-            return Some((Quantity::EachObject, all));
+            return Some((Quantity::EachObject, all.held));
         }
-        let (least, held) = self.reached(counts.into_iter());
+        let counts: Vec<(usize, usize)> = counts.into_iter().zip(hidden).collect();
+        let (least, held) = self.reached(&counts);
         Some((Quantity::AtLeast(least), held))
     }
 

@@ -1,6 +1,8 @@
 //! States in frames, operators with parameters, and a goal: the default method.
 
+mod carried;
 mod cluster;
+mod following;
 mod frames;
 mod goals;
 mod likelihood;
@@ -10,9 +12,10 @@ mod operators;
 mod places;
 mod single;
 mod states;
+mod views;
 
 use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
-use super::{Learned, Settings, nothing};
+use super::{Learned, Remark, Settings, nothing, remark};
 use crate::robot::Pose;
 use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
@@ -20,6 +23,10 @@ use crate::task::event::{Event, LearningStep, Observer};
 use crate::task::propositional::ActionId;
 use crate::task::recording::Recording;
 use motion::Motion;
+use views::Shifted;
+
+/// Greatest number of things that are seen elsewhere in some demonstrations.
+const MOST_SHIFTED: usize = 8;
 
 /// Learns from a recording whose settings were checked.
 pub(super) fn learn(
@@ -46,7 +53,7 @@ pub(super) fn learn(
     }
     let snapshots = recording.snapshot_count();
     observer.observe(&Event::Learning(LearningStep::Following { snapshots }));
-    let motion = Motion::of(recording, settings.p);
+    let mut motion = Motion::of(recording, settings.p);
     if motion.attempts.iter().all(|a| a.track.is_none()) {
         let moved = motion.rests.iter().any(|r| r.came != motion::Came::Found);
         return Err(nothing(if moved {
@@ -56,9 +63,18 @@ pub(super) fn learn(
         }));
     }
     let mut found = states::find(&motion);
+    let mut shifted = Vec::new();
+    while shifted.len() < MOST_SHIFTED
+        && let Some(one) = views::shifted(&motion, &found)
+    {
+        one.correct(&mut motion, &found);
+        found = states::find(&motion);
+        shifted.push(one);
+    }
     observer.observe(&Event::Learning(LearningStep::Deciding));
     let built = operators::find(&motion, &mut found);
     let (goals, unachieved) = goals::goals(&motion, &found, &built.operators);
+    let no_goal = goals.is_empty().then(|| goals::lacking(&motion, &found, &built.operators));
     let unachieved: Vec<String> =
         unachieved.into_iter().map(|state| found.states[state].name.clone()).collect();
     for state in &unachieved {
@@ -78,8 +94,21 @@ pub(super) fn learn(
         provenance: settings.provenance(recording),
     };
     domain.check()?;
+    let mut remarks = Vec::new();
+    remarks.extend(motion.views.map(|(kind, off_m)| Remark::ViewsDiffer { kind, off_m }));
+    remarks.extend(shifted.into_iter().map(|Shifted { own, reference, demos, by }| {
+        let demos = demos.into_iter().map(|d| recording.demos[d].number).collect();
+        let off_m = by.iter().map(|v| v * v).sum::<f64>().sqrt();
+        Remark::DemonstrationsDiffer { kind: own, reference, demos, off_m }
+    }));
+    remarks.extend(found.moved_by_others.into_iter().map(|kind| Remark::MovedByOthers { kind }));
+    remarks.extend(no_goal.map(Remark::NoGoal));
+    for remark in &remarks {
+        observer.observe(&Event::Warned(&remark.to_string()));
+    }
+    remarks.extend(remark::alike(&domain));
     let (outliers, unsure_frames) = (motion.outliers, Vec::new());
-    Ok(Learned { domain, report, outliers, unachieved, unsure_frames })
+    Ok(Learned { domain, report, outliers, unachieved, unsure_frames, remarks })
 }
 
 fn report(

@@ -36,8 +36,11 @@ impl Frames<'_, '_> {
         let frame = groups[0].frame;
         let rests: Vec<usize> = groups.iter().flat_map(|g| g.rests.clone()).collect();
         let count = rests.len();
-        let found = rests.iter().filter(|r| self.motion.rests[**r].came == Came::Found).count();
-        let origin = if 2 * found > count { Origin::Found } else { Origin::Placed };
+        let came = rests.iter().map(|r| self.motion.rests[*r].came);
+        let found = came.clone().filter(|came| *came == Came::Found).count();
+        let put = came.filter(|came| matches!(came, Came::Placed(_))).count();
+        // Where something else moved it says neither.
+        let origin = if found > put { Origin::Found } else { Origin::Placed };
         let likelihood = Likelihood::of_placing(&self.motion.noise, count);
         let poses: Vec<Vec<Pose>> = groups
             .iter()

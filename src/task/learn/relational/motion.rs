@@ -1,10 +1,12 @@
 //! Movements in a recording: robust tracks, the noise of the poses, and the times for which each object rests.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::sync::Arc;
 
+use super::following::{follow, vanishes_for_a_moment};
+use super::{carried, views};
 use crate::robot::{Pose, mean_orientation, rotation_between};
-use crate::task::domain::distance::p_distance;
 use crate::task::learn::attempts::{self, Attempt, MOVED_M};
 use crate::task::learn::tracks::Track;
 use crate::task::recording::{Demonstration, Recording, Snapshot, SnapshotEvent};
@@ -61,6 +63,10 @@ pub(super) struct Motion<'r> {
     pub least: (f64, f64),
     /// Whether some object is missing from a snapshot and seen again later.
     pub flickers: bool,
+    /// The kinds that nothing ever moved.
+    landmarks: BTreeSet<Arc<str>>,
+    /// A kind that nobody handled and whose poses differ from look to look, with the usual difference in metres.
+    pub views: Option<(String, f64)>,
 }
 
 /// Number of standard deviations beyond which two noisy poses differ. The distance of two noisy positions exceeds six
@@ -76,14 +82,19 @@ const FALLEN_M: f64 = 0.03;
 /// Number of snapshots for which an object may be missing at the end of a demonstration without being taken for lost.
 const MOMENT: usize = 2;
 
-fn angle(a: &Pose, b: &Pose) -> f64 {
+pub(super) fn angle(a: &Pose, b: &Pose) -> f64 {
     rotation_between(a, b).iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 impl<'r> Motion<'r> {
     /// Follows all objects, cuts the attempts and finds the rests.
     pub fn of(recording: &'r Recording, p: f64) -> Self {
-        let noise = noise(recording);
+        let (mut noise, mut views) = (noise(recording), None);
+        if let Some((kind, spread)) = views::differing(recording, &noise) {
+            views = Some((kind, spread.position_m * std::f64::consts::SQRT_2));
+            noise.position_m = noise.position_m.max(spread.position_m);
+            noise.angle_rad = noise.angle_rad.max(spread.angle_rad);
+        }
         let least = (MOVED_M + FAR * noise.position_m, TURNED_RAD + FAR * noise.angle_rad);
         let (mut outliers, mut flickers) = (0, false);
         let tracks: Vec<Vec<Track>> = recording
@@ -108,13 +119,15 @@ impl<'r> Motion<'r> {
             outliers,
             least,
             flickers,
+            landmarks: BTreeSet::new(),
+            views,
         };
         for d in 0..recording.demos.len() {
             let demo = &recording.demos[d];
             let spans: Vec<_> = motion.tracks[d].iter().map(Track::span).collect();
             for mut attempt in attempts::cut(d, demo, &motion.tracks[d]) {
                 if !attempt.declared {
-                    attempt.track = motion.guess(&attempt, &spans, p);
+                    attempt.track = carried::guess(&motion, &attempt, &spans, p);
                 }
                 motion.attempts.push(attempt);
             }
@@ -126,6 +139,11 @@ impl<'r> Motion<'r> {
             let own = own.collect();
             motion.of_track.push(own);
         }
+        let kind = |rest: &Rest| motion.tracks[rest.demo][rest.track].kind.clone();
+        let moved = motion.rests.iter().filter(|rest| rest.came != Came::Found);
+        let moved: BTreeSet<Arc<str>> = moved.map(kind).collect();
+        let all: BTreeSet<Arc<str>> = motion.rests.iter().map(kind).collect();
+        motion.landmarks = &all - &moved;
         motion
     }
 
@@ -145,14 +163,10 @@ impl<'r> Motion<'r> {
 
     /// Returns whether a rest is no error of sensing: two snapshots agree on it, or there are no such errors.
     pub fn is_sure(&self, rest: &Rest) -> bool {
-        rest.seen > 1 || !(self.is_noisy() || self.flickers)
+        rest.seen > 1 || !self.is_noisy()
     }
 
     /// Returns the rest of a track in a snapshot.
-    pub fn rest_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<&Rest> {
-        Some(&self.rests[self.index_at(demo, track, snapshot)?])
-    }
-
     pub fn index_at(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
         self.latest(demo, track, snapshot).filter(|rest| snapshot <= self.rests[*rest].last)
     }
@@ -162,6 +176,57 @@ impl<'r> Motion<'r> {
         let own = self.of_track[demo][track].clone();
         let begun = self.rests[own.clone()].partition_point(|rest| rest.first <= snapshot);
         Some(own.start + begun.checked_sub(1)?)
+    }
+
+    /// Returns the rest in which a track is known to be in a snapshot: where it was seen last. If objects are missing for a
+    /// moment, one that a hand moved is nowhere until it is seen again.
+    pub fn known(&self, demo: usize, track: usize, snapshot: usize) -> Option<usize> {
+        let latest = self.latest(demo, track, snapshot)?;
+        (!self.flickers || !self.vanished(demo, track, snapshot)).then_some(latest)
+    }
+
+    /// Returns whether a hand moved a track after it was seen last, up to a snapshot, or moved something that is not known.
+    pub fn vanished(&self, demo: usize, track: usize, snapshot: usize) -> bool {
+        let Some(latest) = self.latest(demo, track, snapshot) else { return true };
+        let until = self.rests[latest].last;
+        let own = self.attempts[self.attempts_of(demo)].iter();
+        let mut unknown = own.filter(|a| a.track.is_none() && until <= a.before);
+        unknown.any(|a| a.after <= snapshot) || self.was_moved(demo, track, (until, snapshot))
+    }
+
+    /// Returns whether an attempt moved a track between two snapshots, in which it was not seen.
+    fn was_moved(&self, demo: usize, track: usize, (since, until): (usize, usize)) -> bool {
+        let own = self.attempts[self.attempts_of(demo)].iter();
+        let mut later = own.rev().take_while(|a| a.after > since);
+        later.any(|a| a.track == Some(track) && a.after <= until)
+    }
+
+    /// Returns whether an object came to a rest while nothing was handled.
+    pub fn moved_between_attempts(&self, rest: usize) -> bool {
+        let Some(before) = self.previous(rest) else { return false };
+        let (since, until) = (self.rests[before].last, self.rests[rest].first);
+        let own = &self.attempts[self.attempts_of(self.rests[rest].demo)];
+        own.iter().all(|a| a.after <= since || until <= a.before)
+    }
+
+    /// Returns the rests in which the object of an attempt was before and after it; `None` if it is not known, or was lost.
+    /// An object can be missing for a moment.
+    pub fn ends(&self, attempt: &Attempt) -> Option<(usize, usize)> {
+        let (demo, track) = (attempt.demo, attempt.track?);
+        let after = match self.flickers {
+            true => self.next(demo, track, attempt.after),
+            false => self.index_at(demo, track, attempt.after),
+        };
+        Some((self.before(attempt)?, after?))
+    }
+
+    /// Returns the rest in which the object of an attempt was before it.
+    pub fn before(&self, attempt: &Attempt) -> Option<usize> {
+        let (demo, track) = (attempt.demo, attempt.track?);
+        match self.flickers {
+            true => self.known(demo, track, attempt.before),
+            false => self.index_at(demo, track, attempt.before),
+        }
     }
 
     /// Returns the first rest of a track that ended in a snapshot or later.
@@ -191,20 +256,22 @@ impl<'r> Motion<'r> {
         track: usize,
         (first, last): (usize, usize),
     ) -> Option<usize> {
+        // What carried an object that is seen at a release alone comes to rest after it.
+        let own = &self.attempts[self.attempts_of(demo)];
+        let release = own.iter().find(|a| self.flickers && a.released == Some(last));
+        let last = release.map_or(last, |release| release.after);
         let next = self.next(demo, track, first);
         let seen = next.filter(|rest| self.rests[*rest].first <= last);
         seen.or_else(|| {
             let before = self.latest(demo, track, first.checked_sub(1)?);
             let before = before.filter(|_| self.flickers)?;
             let until = self.rests[before].last.min(first - 1);
-            // Not before the object was moved last.
-            let own = self.attempts[self.attempts_of(demo)].iter();
-            let mut since = own.rev().take_while(|a| a.after > until);
-            if since.any(|a| a.track == Some(track) && a.after <= last) {
+            if self.was_moved(demo, track, (until, last)) {
                 return None;
             }
             let again = self.next(demo, track, last).is_some();
-            (again || last - until <= MOMENT).then_some(before)
+            let stays = self.landmarks.contains(&self.tracks[demo][track].kind);
+            (again || stays || last - until <= MOMENT).then_some(before)
         })
     }
 
@@ -215,45 +282,6 @@ impl<'r> Motion<'r> {
     /// Returns whether a track's pose differs between two snapshots by more than noise.
     fn differs(&self, a: &Pose, b: &Pose) -> bool {
         a.distance(b) > self.least.0 || angle(a, b) > self.least.1
-    }
-
-    /// Guesses the object of an attempt that the recording does not name, as the learner of the paper does. Objects
-    /// that were only turned come last.
-    fn guess(&self, attempt: &Attempt, spans: &[Option<(usize, usize)>], p: f64) -> Option<usize> {
-        let (demo, tracks) = (self.demo(attempt.demo), &self.tracks[attempt.demo]);
-        // An object can be missing for a moment.
-        let ends = |t: usize| {
-            let track = &tracks[t];
-            let (_, last) = spans[t].filter(|(first, _)| *first <= attempt.before)?;
-            let before = (0..=attempt.before).rev().find_map(|s| track.pose(demo, s))?;
-            let after = (attempt.after..=last).find_map(|s| track.pose(demo, s))?;
-            Some((before, after))
-        };
-        let moved: Vec<(usize, f64, f64)> = (0..tracks.len())
-            .filter_map(|t| {
-                let (before, after) = ends(t)?;
-                let unlike = p_distance(&before.position, &after.position, p);
-                Some((t, before.distance(after), unlike))
-            })
-            .filter(|(_, moved, _)| *moved > self.least.0)
-            .collect();
-        let farthest = moved.iter().map(|m| m.1).fold(0.0, f64::max);
-        let best = moved
-            .iter()
-            .filter(|(_, far, _)| *far >= 0.2 * farthest)
-            .max_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1)).then(b.0.cmp(&a.0)));
-        let turned = || {
-            (0..tracks.len())
-                .filter_map(|t| ends(t).map(|(before, after)| (t, angle(before, after))))
-                .filter(|(_, turn)| *turn > self.least.1)
-                .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
-                .map(|(t, _)| t)
-        };
-        let mut lost = (0..tracks.len()).filter(|t| {
-            tracks[*t].at[attempt.before].is_some()
-                && spans[*t].is_some_and(|(_, last)| last < attempt.after)
-        });
-        best.map(|(t, ..)| *t).or_else(turned).or_else(|| lost.next())
     }
 
     /// Cuts the life of an object into rests.
@@ -276,8 +304,14 @@ impl<'r> Motion<'r> {
     /// Finds the rests within a time in which no attempt moved the object.
     fn segment(&mut self, d: usize, t: usize, from: usize, to: usize, came: Came) {
         let demo = self.demo(d);
-        let poses: Vec<(usize, Pose)> =
+        let mut poses: Vec<(usize, Pose)> =
             (from..=to).filter_map(|s| Some((s, *self.tracks[d][t].pose(demo, s)?))).collect();
+        if let (true, true, Came::Placed(attempt)) = (poses.is_empty(), self.flickers, came) {
+            // It was seen last when the hand let go of it.
+            let released = self.attempts[attempt].released;
+            let pose = released.and_then(|s| self.tracks[d][t].pose(demo, s));
+            poses.extend(pose.map(|pose| (from, *pose)));
+        }
         let kept = self.without_outliers(d, &poses);
         self.outliers += poses.len() - kept.len();
         let mut came = came;
@@ -353,11 +387,6 @@ impl<'r> Motion<'r> {
         let (pose, seen) = (median(&poses), poses.len());
         self.rests.push(Rest { demo, track, first, last, pose, seen, came });
     }
-}
-
-/// Returns whether an object is missing from a snapshot and seen again later.
-fn vanishes_for_a_moment(track: &Track) -> bool {
-    track.span().is_some_and(|(first, last)| track.at[first..last].contains(&None))
 }
 
 /// Leaves out poses that disagree with those before and after, while these agree. Returns their number.
@@ -494,55 +523,4 @@ pub(super) fn noise(recording: &Recording) -> Noise {
         position_m: middle(&mut steps) / (0.3186 * std::f64::consts::SQRT_2),
         angle_rad: middle(&mut turns) / (1.1011 * std::f64::consts::SQRT_2),
     }
-}
-
-/// Follows the objects of a demonstration. Objects that did not move are matched first, whatever their ids, so swapped
-/// and shifted ids do no harm. An object may be missing for some snapshots.
-pub(super) fn follow(demo: &Demonstration, least_m: f64) -> Vec<Track> {
-    let mut tracks: Vec<Track> = Vec::new();
-    let mut last: Vec<(usize, usize)> = Vec::new();
-    let length = demo.snapshots.len();
-    for (now, snapshot) in demo.snapshots.iter().enumerate() {
-        let mut free: Vec<usize> = (0..snapshot.objects.len()).collect();
-        let mut open: Vec<usize> = (0..tracks.len()).collect();
-        let mut pairs = Vec::new();
-        for t in &open {
-            let was = &demo.snapshots[last[*t].0].objects[last[*t].1];
-            let missing = last[*t].0 + 1 != now;
-            for o in &free {
-                let is = &snapshot.objects[*o];
-                if is.kind == tracks[*t].kind {
-                    let far = was.pose.distance(&is.pose);
-                    let other = was.id != is.id;
-                    let moved = far > least_m;
-                    // Unmoved under its own id, unmoved under another, moved under its own id, and the rest by distance.
-                    let rank = match (moved, other) {
-                        (false, false) => 0,
-                        (false, true) => 1,
-                        (true, false) => 2,
-                        (true, true) => 3,
-                    };
-                    pairs.push((rank, missing && moved, far, *t, *o));
-                }
-            }
-        }
-        pairs.sort_by(|a, b| {
-            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then((a.3, a.4).cmp(&(b.3, b.4)))
-        });
-        for (_, _, _, t, o) in pairs {
-            if open.contains(&t) && free.contains(&o) {
-                open.retain(|other| *other != t);
-                free.retain(|other| *other != o);
-                tracks[t].at[now] = Some(o);
-                last[t] = (now, o);
-            }
-        }
-        for o in free {
-            let mut at = vec![None; length];
-            at[now] = Some(o);
-            tracks.push(Track { kind: snapshot.objects[o].kind.clone(), at });
-            last.push((now, o));
-        }
-    }
-    tracks
 }

@@ -51,7 +51,7 @@ pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
     // an object was found.
     let least = least_support(motion.recording.demos.len());
     let shown = |i: &Instance| {
-        let rest = motion.rest_at(i.attempt.demo, i.object, i.attempt.before);
+        let rest = motion.ends(&i.attempt).map(|(before, _)| &motion.rests[before]);
         let found = |rest: &Rest| rest.came == Came::Found && motion.is_sure(rest);
         i.attempt.declared && rest.is_some_and(found)
     };
@@ -84,7 +84,7 @@ pub(super) fn scene(
     (0..motion.tracks[demo].len())
         .map(|t| {
             // An object that is missing for a moment keeps its state.
-            found.labels[motion.latest(demo, t, snapshot)?]
+            found.labels[motion.known(demo, t, snapshot)?]
         })
         .collect()
 }
@@ -92,7 +92,7 @@ pub(super) fn scene(
 fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<Instance, Failure> {
     let object = attempt.track.ok_or(Failure::NothingMoved)?;
     // An object can be missing for a moment.
-    let before = motion.latest(attempt.demo, object, attempt.before);
+    let before = motion.known(attempt.demo, object, attempt.before);
     let (Some(before), Some(after)) = (before, motion.next(attempt.demo, object, attempt.after))
     else {
         return Err(Failure::PartLost);
@@ -102,15 +102,18 @@ fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<In
     if from.state == to.state && from.reference == to.reference {
         return Err(Failure::NothingNew);
     }
-    let tracks = motion.tracks[attempt.demo].iter().enumerate();
-    let hidden = |at: &[Option<usize>]| at[attempt.before].is_none() || at[attempt.after].is_none();
-    let unseen = tracks.filter(|(_, track)| motion.flickers && hidden(&track.at));
+    // What is not seen in the middle of a rest lies there.
+    let hidden = |track: &usize| {
+        let at = |snapshot| motion.index_at(attempt.demo, *track, snapshot);
+        at(attempt.before).is_none() || at(attempt.after).is_none()
+    };
+    let tracks = 0..motion.tracks[attempt.demo].len();
     Ok(Instance {
         attempt: *attempt,
         object,
         from,
         to,
-        unseen: unseen.map(|(track, _)| track).collect(),
+        unseen: tracks.filter(|track| motion.flickers && hidden(track)).collect(),
         before: scene(motion, found, attempt.demo, attempt.before),
         after: scene(motion, found, attempt.demo, attempt.after),
     })
@@ -384,10 +387,13 @@ fn displacement(
         .iter()
         .filter_map(|i| {
             let demo = i.attempt.demo;
-            let before = motion.rest_at(demo, i.object, i.attempt.before)?.pose;
-            let after = motion.rest_at(demo, i.object, i.attempt.after)?;
+            let (before, after) = motion.ends(&i.attempt)?;
+            let (before, after) = (motion.rests[before].pose, &motion.rests[after]);
             let frame = match i.to.reference {
-                Some(track) => motion.rest_at(demo, track, after.first)?.pose,
+                Some(track) => {
+                    let span = (after.first, after.first);
+                    motion.rests[motion.rest_during(demo, track, span)?].pose
+                }
                 None => crate::robot::Pose::at([0.0; 3]),
             };
             let (a, b) = (relative(&frame, &before), relative(&frame, &after.pose));

@@ -135,9 +135,9 @@ impl Frames<'_, '_> {
             .filter_map(|a| {
                 let track = a.track?;
                 let own = self.motion.tracks[a.demo][track].kind == self.kinds[kind];
-                let before = self.motion.rest_at(a.demo, track, a.before)?;
-                let after = self.motion.rest_at(a.demo, track, a.after)?;
-                own.then(|| before.pose.distance(&after.pose))
+                let (before, after) = self.motion.ends(a)?;
+                let pose = |rest: usize| self.motion.rests[rest].pose;
+                own.then(|| pose(before).distance(&pose(after)))
             })
             .collect();
         moved.sort_by(f64::total_cmp);
@@ -234,11 +234,8 @@ impl Frames<'_, '_> {
         }
         let mut moves: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for attempt in &self.motion.attempts {
-            let ends = attempt.track.and_then(|t| {
-                let before = self.motion.index_at(attempt.demo, t, attempt.before)?;
-                let after = self.motion.index_at(attempt.demo, t, attempt.after)?;
-                Some((*owner.get(&before)?, *owner.get(&after)?))
-            });
+            let ends = self.motion.ends(attempt);
+            let ends = ends.and_then(|(b, a)| Some((*owner.get(&b)?, *owner.get(&a)?)));
             if let Some(ends) = ends {
                 *moves.entry(ends).or_default() += 1;
             }

@@ -23,8 +23,10 @@ pub(super) struct States {
     /// unexplained rests.
     pub labels: Vec<Option<Fact>>,
     pub unexplained: Vec<Unexplained>,
-    /// Kinds that never moved.
+    /// Kinds that never moved, or that another hand moved.
     pub fixed: Vec<String>,
+    /// Kinds that another hand moved.
+    pub moved_by_others: Vec<String>,
     pub names: Names,
 }
 
@@ -53,6 +55,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         labels: Vec::new(),
         unexplained: Vec::new(),
         fixed: Vec::new(),
+        moved_by_others: Vec::new(),
         names: Names::default(),
     };
     let landmarks = frames.landmarks();
@@ -68,6 +71,8 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let together = frames.together(groups).into_iter();
         all.extend(together.map(|places| (kind, turns, places)));
     }
+    let others = frames.moved_by_others.iter();
+    out.moved_by_others = others.map(|kind| frames.kinds[*kind].to_string()).collect();
     frames.lend(&mut all);
     let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (kind, turns, places) in all {
@@ -122,10 +127,8 @@ impl Frames<'_, '_> {
         let place: BTreeMap<usize, usize> = rests.iter().copied().zip(0..).collect();
         let attempts: Vec<(usize, usize)> = (self.motion.attempts.iter())
             .filter_map(|a| {
-                let track = a.track?;
-                let before = self.origin(self.motion.index_at(a.demo, track, a.before)?);
-                let after = self.origin(self.motion.index_at(a.demo, track, a.after)?);
-                Some((*place.get(&before)?, *place.get(&after)?))
+                let (before, after) = self.motion.ends(a)?;
+                Some((*place.get(&self.origin(before))?, *place.get(&self.origin(after))?))
             })
             .filter(|(before, after)| before != after)
             .collect();
@@ -186,7 +189,7 @@ impl Frames<'_, '_> {
             let Rest { demo, track, .. } = motion.rests[*rest];
             let own = motion.attempts.iter().filter(|a| a.declared && a.demo == demo);
             let mut own = own.filter(|a| a.track == Some(track));
-            own.any(|a| motion.index_at(demo, track, a.before) == Some(*rest))
+            own.any(|a| motion.before(a) == Some(*rest))
         };
         let sure = |rest: &usize| motion.is_sure(&motion.rests[*rest]);
         rests.iter().all(|rest| found(rest) && sure(rest)) && rests.iter().any(moved)
