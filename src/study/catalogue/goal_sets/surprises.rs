@@ -139,7 +139,7 @@ impl Experiment for Surprises {
 mod tests {
     use super::*;
     use crate::neurons::Population;
-    use crate::plan::goal_sets::Begun;
+    use crate::plan::goal_sets::{Begun, Directions};
 
     #[test]
     fn another_hand_changes_something_and_leaves_the_goal_within_reach() {
@@ -153,6 +153,7 @@ mod tests {
             ms: 700,
             moments: Vec::new(),
             units: 1,
+            directions: Directions::Backward,
         };
         let named = |ms| {
             let hands = hands(made, &state_at(made, &course, ms));
