@@ -39,6 +39,7 @@
 pub mod classify;
 pub mod compile;
 pub mod domain;
+pub mod doubt;
 mod error;
 pub mod event;
 #[cfg(feature = "physics")]

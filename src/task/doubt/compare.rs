@@ -1,0 +1,304 @@
+//! Doubts about a demonstration that disagrees with the others: mirrored, shifted, in another frame, below the table, under
+//! other ids, or played backwards.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+
+use super::view::{View, middle};
+use super::{Doubt, DoubtKind};
+
+/// Distance by which a fixed object is elsewhere, in metres.
+const ELSEWHERE_M: f64 = 0.02;
+/// Distance within which a fixed object is in the same place in other demonstrations, in metres, beyond noise.
+const FIXED_M: f64 = 4e-3;
+/// Number of demonstrations in which something has to agree before one can disagree with it.
+const OTHERS: usize = 2;
+
+/// An object that is in one place at the start of the other demonstrations: the place, and where it is now.
+struct Anchor {
+    usual: Vector3<f64>,
+    now: Vector3<f64>,
+}
+
+/// Returns the median of positions that all agree; `None` if some differ.
+fn agreed(view: &View<'_>, places: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    if places.len() < OTHERS {
+        return None;
+    }
+    let median = Vector3::from_fn(|i, _| middle(&mut places.iter().map(|p| p[i]).collect::<Vec<_>>()));
+    let near = |p: &Vector3<f64>| (p - median).norm() < FIXED_M + 6.0 * view.noise_m;
+    places.iter().all(near).then_some(median)
+}
+
+/// Returns the objects that are in one place at the start of all demonstrations but `demo`.
+fn anchors(view: &View<'_>, demo: usize) -> Vec<Anchor> {
+    let mut starts: BTreeMap<&str, Vec<(usize, Vector3<f64>)>> = BTreeMap::new();
+    for (d, object, seen) in view.starts() {
+        starts.entry(object.id).or_default().push((d, seen.at));
+    }
+    let anchor = |places: Vec<(usize, Vector3<f64>)>| {
+        let now = places.iter().find(|(d, _)| *d == demo)?.1;
+        let others: Vec<Vector3<f64>> =
+            places.iter().filter(|(d, _)| *d != demo).map(|(_, at)| *at).collect();
+        Some(Anchor { usual: agreed(view, &others)?, now })
+    };
+    starts.into_values().filter_map(anchor).collect()
+}
+
+/// Returns the kinds that begin at one height in all demonstrations but `demo`: that height, and the coordinates now.
+fn heights(view: &View<'_>, demo: usize) -> BTreeMap<String, (f64, Vec<Vector3<f64>>)> {
+    let near = FIXED_M + 6.0 * view.noise_m;
+    let kinds = view.starts_by_kind().into_iter().filter_map(|(kind, seen)| {
+        let (own, others): (Vec<_>, Vec<_>) = seen.into_iter().partition(|(d, _)| *d == demo);
+        let mut zs: Vec<f64> = others.iter().map(|(_, s)| s.at.z).collect();
+        let usual = middle(&mut zs);
+        let agree = zs.len() >= OTHERS && zs.iter().all(|z| (z - usual).abs() < near);
+        (agree && !own.is_empty())
+            .then(|| (kind.to_owned(), (usual, own.into_iter().map(|(_, s)| s.at).collect())))
+    });
+    kinds.collect()
+}
+
+/// All doubts about single demonstrations.
+pub(super) fn demonstrations(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = Vec::new();
+    if view.demos.len() <= OTHERS {
+        return all;
+    }
+    for (d, demo) in view.demos.iter().enumerate() {
+        let place = format!("demonstration {}", demo.number);
+        let found = frame(view, d, &place).or_else(|| level(view, d, &place));
+        let other_frame = found.is_some();
+        all.extend(found);
+        if !other_frame {
+            all.extend(below(view, d));
+            all.extend(swapped(view, d, &place));
+            all.extend(backwards(view, d, &place));
+        }
+    }
+    // If most demonstrations disagree with the others, nothing is usual.
+    let places: BTreeSet<&String> = all.iter().map(|d| &d.place).collect();
+    if 2 * places.len() > view.demos.len() && all.iter().all(|d| d.kind != DoubtKind::BelowTable) {
+        all.clear();
+    }
+    all
+}
+
+fn shifted(place: &str, by: Vector3<f64>, count: usize) -> Doubt {
+    let mm = by.map(|v| (v * 1e3).round() + 0.0);
+    Doubt {
+        kind: DoubtKind::Shifted,
+        place: place.into(),
+        seen: format!(
+            "{count} things are elsewhere than in the others, all by ({}, {}, {}) mm",
+            mm.x, mm.y, mm.z
+        ),
+        reading: "the table, the camera or the origin was probably moved".into(),
+        ask: "import its session with a `frame` of its own, or leave it out".into(),
+    }
+}
+
+/// A demonstration whose fixed objects are all elsewhere.
+fn frame(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
+    let anchors = anchors(view, d);
+    let far = |a: &Anchor| (a.now - a.usual).norm() > ELSEWHERE_M + 6.0 * view.noise_m;
+    let count = anchors.len();
+    if count == 0 || !anchors.iter().all(|a| far(a) || a.usual.norm() < ELSEWHERE_M) || !anchors.iter().any(far) {
+        return None;
+    }
+    let near = |tolerance: f64, read: &dyn Fn(&Anchor) -> Vector3<f64>| {
+        anchors.iter().all(|a| (read(a) - a.usual).norm() < tolerance + 6.0 * view.noise_m)
+    };
+    // With one anchor, only an exact reversal is no coincidence.
+    let tolerance = if count > 1 { 0.01 } else { 2e-3 };
+    let mirrored = |i: usize| {
+        near(tolerance, &|a| {
+            let mut p = a.now;
+            p[i] = -p[i];
+            p
+        })
+    };
+    if let Some(i) = (0..3).find(|i| mirrored(*i)) {
+        let axis = ["x", "y", "z"][i];
+        let kind = if i == 2 { DoubtKind::UpsideDown } else { DoubtKind::Mirrored };
+        return Some(Doubt {
+            kind,
+            place: place.into(),
+            seen: format!("{axis} of {count} fixed objects has the opposite sign of that in the others"),
+            reading: format!("it is the mirror image of the others in {axis}"),
+            ask: format!("reverse the sign of {axis} in this session, or leave it out"),
+        });
+    }
+    let orders = [[1, 0, 2], [0, 2, 1], [2, 1, 0], [1, 2, 0], [2, 0, 1]];
+    let permuted = |order: &&[usize; 3]| {
+        near(tolerance, &|a| Vector3::from_fn(|i, _| a.now[order[i]]))
+            || near(tolerance, &|a| {
+                // y up, right-handed.
+                let sign = [1.0, -1.0, 1.0];
+                Vector3::from_fn(|i, _| sign[i] * a.now[order[i]])
+            })
+    };
+    if orders.iter().find(permuted).is_some() {
+        return Some(axes(place, &format!("the coordinates of {count} fixed objects are exchanged")));
+    }
+    let by = anchors[0].now - anchors[0].usual;
+    if count > 1 && near(0.01, &|a| a.now - by) {
+        return Some(shifted(place, by, count));
+    }
+    None
+}
+
+fn axes(place: &str, seen: &str) -> Doubt {
+    Doubt {
+        kind: DoubtKind::UpAxis,
+        place: place.into(),
+        seen: seen.into(),
+        reading: "its axes are probably in another order than those of the others".into(),
+        ask: "import its session with an `up` of its own, or exchange the columns".into(),
+    }
+}
+
+/// A demonstration whose heights are all other than usual.
+fn level(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
+    let heights = heights(view, d);
+    let all: Vec<(f64, Vector3<f64>)> =
+        heights.values().flat_map(|(usual, now)| now.iter().map(|at| (*usual, *at))).collect();
+    let near = 5e-3 + 6.0 * view.noise_m;
+    let off: Vec<&(f64, Vector3<f64>)> = all.iter().filter(|(u, at)| (at.z - u).abs() > near).collect();
+    if heights.len() < 2 || off.len() < 3 || 5 * off.len() < 4 * all.len() {
+        return None;
+    }
+    let is = |read: &dyn Fn(&Vector3<f64>) -> f64| {
+        let fits = all.iter().filter(|(u, at)| (read(at) - u).abs() < near).count();
+        10 * fits >= 9 * all.len()
+    };
+    if is(&|at| -at.z) {
+        return Some(Doubt {
+            kind: DoubtKind::UpsideDown,
+            place: place.into(),
+            seen: format!("z of {} objects has the opposite sign of that in the others", all.len()),
+            reading: "z points down in it".into(),
+            ask: "import its session with `up` set to `-z`".into(),
+        });
+    }
+    if let Some(i) = (0..2).find(|i| is(&|at| at[*i]) || is(&|at| -at[*i])) {
+        let axis = ["x", "y"][i];
+        return Some(axes(place, &format!("objects rest at the usual heights in {axis}, not in z")));
+    }
+    let mut by: Vec<f64> = all.iter().map(|(u, at)| at.z - u).collect();
+    let by = middle(&mut by);
+    (by.abs() > 0.01 && is(&|at| at.z - by))
+        .then(|| shifted(place, Vector3::new(0.0, 0.0, by), all.len()))
+}
+
+/// Objects that begin lower than anything does in the other demonstrations, although their kind has a usual height.
+fn below(view: &View<'_>, d: usize) -> Vec<Doubt> {
+    let lowest = view.starts().filter(|(other, ..)| *other != d).map(|(.., s)| s.at.z).fold(f64::MAX, f64::min);
+    let heights = heights(view, d);
+    let least = ELSEWHERE_M + 6.0 * view.noise_m;
+    let own = view.demos[d].objects.iter().filter_map(|o| Some((o, (*o.seen.first()?)?)));
+    own.filter_map(|(object, seen)| {
+        let (usual, _) = heights.get(object.kind)?;
+        (seen.at.z < lowest - least && seen.at.z < usual - least).then(|| Doubt {
+            kind: DoubtKind::BelowTable,
+            place: format!("demonstration {}, `{}`", view.demos[d].number, object.id),
+            seen: format!(
+                "it begins at z = {:.3} m, below everything else; its kind usually begins at {usual:.3} m",
+                seen.at.z
+            ),
+            reading: "it lies on the floor, or its height is wrong".into(),
+            ask: "leave it out, or correct its height".into(),
+        })
+    })
+    .collect()
+}
+
+/// Objects of two kinds that are where the other kind is in the other demonstrations.
+fn swapped(view: &View<'_>, d: usize, place: &str) -> Vec<Doubt> {
+    // What tells kinds apart: their height at the start and, if they are alone of their kind, where they begin and end.
+    let near = FIXED_M + 6.0 * view.noise_m;
+    let heights = heights(view, d);
+    let mut ends: BTreeMap<&str, Vec<(usize, Vector3<f64>)>> = BTreeMap::new();
+    for (i, demo) in view.demos.iter().enumerate() {
+        for object in &demo.objects {
+            let alone = demo.objects.iter().filter(|o| o.kind == object.kind).count() == 1;
+            if let Some(last) = object.last().filter(|_| alone) {
+                ends.entry(object.kind).or_default().push((i, last.at));
+            }
+        }
+    }
+    let mut fixed: BTreeMap<&str, (Vector3<f64>, Vector3<f64>)> = BTreeMap::new();
+    for (kind, places) in &ends {
+        let now = places.iter().find(|(i, _)| *i == d).map(|(_, at)| *at);
+        let others: Vec<_> = places.iter().filter(|(i, _)| *i != d).map(|(_, at)| *at).collect();
+        if let (Some(now), Some(usual)) = (now, agreed(view, &others)) {
+            fixed.insert(kind, (usual, now));
+        }
+    }
+    let of_kind = |kind: &str| {
+        let (usual, now) = heights.get(kind)?;
+        let z = middle(&mut now.iter().map(|at| at.z).collect::<Vec<_>>());
+        let same = now.iter().all(|at| (at.z - z).abs() < near);
+        same.then_some((*usual, z))
+    };
+    let exchanged = |a: &str, b: &str| {
+        let low = of_kind(a).zip(of_kind(b)).map(|((ua, za), (ub, zb))| {
+            ((ua - ub).abs() > 2.0 * near, (za - ub).abs() < near && (zb - ua).abs() < near)
+        });
+        let end = fixed.get(a).zip(fixed.get(b)).map(|((ua, na), (ub, nb))| {
+            let differ = (ua - ub).norm() > ELSEWHERE_M.max(2.0 * near);
+            (differ, (na - ub).norm() < 2.0 * near && (nb - ua).norm() < 2.0 * near)
+        });
+        let telling: Vec<bool> =
+            [low, end].into_iter().flatten().filter(|(differ, _)| *differ).map(|(_, is)| is).collect();
+        !telling.is_empty() && telling.iter().all(|is| *is)
+    };
+    let kinds: BTreeSet<&str> = heights.keys().map(String::as_str).chain(fixed.keys().copied()).collect();
+    let mut all = Vec::new();
+    for a in &kinds {
+        for b in kinds.range::<str, _>((std::ops::Bound::Excluded(*a), std::ops::Bound::Unbounded)) {
+            if exchanged(a, b) {
+                all.push(Doubt {
+                    kind: DoubtKind::SwappedIds,
+                    place: place.into(),
+                    seen: format!("`{a}` and `{b}` are where the other is in the other demonstrations"),
+                    reading: "their ids or kinds are probably exchanged in it".into(),
+                    ask: format!("exchange `{a}` and `{b}` in this demonstration, or leave it out"),
+                });
+            }
+        }
+    }
+    all
+}
+
+/// A demonstration that begins as the others end, and ends as they begin.
+fn backwards(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
+    let near = FIXED_M.max(0.01) + 6.0 * view.noise_m;
+    let (mut back, mut all) = (0, 0);
+    for object in &view.demos[d].objects {
+        let mut places = Vec::new();
+        for demo in view.demos.iter().enumerate().filter(|(i, _)| *i != d).map(|(_, demo)| demo) {
+            let own = demo.objects.iter().find(|o| o.id == object.id);
+            if let Some((first, last)) = own.and_then(|o| o.first().zip(o.last())) {
+                if (first.at - last.at).norm() > view.far_m() {
+                    places.push(last.at);
+                }
+            }
+        }
+        let (Some(end), Some(first), Some(last)) =
+            (agreed(view, &places), object.first(), object.last())
+        else {
+            continue;
+        };
+        all += 1;
+        back += usize::from((first.at - end).norm() < near && (last.at - end).norm() > view.far_m());
+    }
+    (back >= 1 && back == all).then(|| Doubt {
+        kind: DoubtKind::Disagreement,
+        place: place.into(),
+        seen: format!("{back} objects begin where they end in the others, and are taken away"),
+        reading: "it shows the opposite task, or is played backwards".into(),
+        ask: "leave it out, or learn from it by itself".into(),
+    })
+}

@@ -1,0 +1,227 @@
+//! Doubts about recordings: what is implausible in the data, or disagrees within it, and which reading would make sense.
+//!
+//! [`doubts`] examines a [`Recording`], [`doubts_of_tracks`] poses over time that are not yet one. Neither changes anything.
+//! Each [`Doubt`] says what was seen, with figures, which reading would make sense, and how to ask for it.
+//!
+//! Thresholds come from the spread of the data itself, and from what is possible where one hand works: [`view`] estimates the
+//! noise, and the constants give their reasons.
+
+mod compare;
+mod frame;
+mod moves;
+mod scale;
+mod turns;
+mod view;
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+use crate::task::recording::Recording;
+use view::View;
+
+/// What is doubtful.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum DoubtKind {
+    /// Lengths have another unit than metres: everywhere, for one kind of object, or in one demonstration.
+    LengthUnit,
+    /// Times have another unit than seconds.
+    TimeUnit,
+    /// Quaternions have another order than x, y, z, w.
+    QuaternionOrder,
+    /// Orientations are not of norm 1.
+    QuaternionNorm,
+    /// Angles are degrees in place of quaternions, or have another unit.
+    AngleUnit,
+    /// Another axis than z points up.
+    UpAxis,
+    /// The axis that points up has the wrong sign.
+    UpsideDown,
+    /// The frame is not upright, as that of a tilted camera.
+    TiltedFrame,
+    /// All objects move together, as seen by a moving camera.
+    MovingCamera,
+    /// Positions and orientations have different handedness.
+    LeftHanded,
+    /// A demonstration is the mirror image of the others.
+    Mirrored,
+    /// All objects of a demonstration are elsewhere by the same distance, or in another frame.
+    Shifted,
+    /// The named object did not move while another did.
+    WrongObject,
+    /// Two objects have each other's id.
+    SwappedIds,
+    /// An object is elsewhere all at once, and nothing carried it.
+    Jump,
+    /// A time occurs twice, or a snapshot is repeated.
+    DuplicateTime,
+    /// No object moves, or a kind of object that is touched never does.
+    NothingMoves,
+    /// A pose stays the same to the bit, although poses are noisy.
+    Frozen,
+    /// Two objects are in the same place.
+    SamePlace,
+    /// An object is below everything else.
+    BelowTable,
+    /// A demonstration begins where the others end.
+    Disagreement,
+    /// There is one demonstration alone.
+    FewDemonstrations,
+}
+
+impl DoubtKind {
+    /// Returns the name, in snake case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LengthUnit => "length_unit",
+            Self::TimeUnit => "time_unit",
+            Self::QuaternionOrder => "quaternion_order",
+            Self::QuaternionNorm => "quaternion_norm",
+            Self::AngleUnit => "angle_unit",
+            Self::UpAxis => "up_axis",
+            Self::UpsideDown => "upside_down",
+            Self::TiltedFrame => "tilted_frame",
+            Self::MovingCamera => "moving_camera",
+            Self::LeftHanded => "left_handed",
+            Self::Mirrored => "mirrored",
+            Self::Shifted => "shifted",
+            Self::WrongObject => "wrong_object",
+            Self::SwappedIds => "swapped_ids",
+            Self::Jump => "jump",
+            Self::DuplicateTime => "duplicate_time",
+            Self::NothingMoves => "nothing_moves",
+            Self::Frozen => "frozen",
+            Self::SamePlace => "same_place",
+            Self::BelowTable => "below_table",
+            Self::Disagreement => "disagreement",
+            Self::FewDemonstrations => "few_demonstrations",
+        }
+    }
+}
+
+impl Serialize for DoubtKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// Something doubtful in a recording. It displays as one sentence.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Doubt {
+    /// What is doubtful.
+    pub kind: DoubtKind,
+    /// Where: demonstration, snapshot, object. Empty if it is everywhere.
+    pub place: String,
+    /// What was seen, with figures.
+    pub seen: String,
+    /// The reading that would make sense.
+    pub reading: String,
+    /// How to ask for that reading.
+    pub ask: String,
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.place.is_empty() {
+            write!(f, "{}: ", self.place)?;
+        }
+        write!(f, "{}; {}; {}", self.seen, self.reading, self.ask)
+    }
+}
+
+/// The poses of one object over time, as a log has them.
+#[derive(Debug, Clone, Copy)]
+pub struct PoseTrack<'a> {
+    /// Number of the session: tracks of one session are examined together.
+    pub session: u64,
+    /// Id of the object.
+    pub id: &'a str,
+    /// Kind of the object.
+    pub kind: &'a str,
+    /// Times, in seconds.
+    pub times_s: &'a [f64],
+    /// Positions in metres, one for each time.
+    pub positions: &'a [[f64; 3]],
+    /// Orientations as quaternions `[x, y, z, w]`, one for each time, or none.
+    pub orientations: &'a [[f64; 4]],
+}
+
+/// Greatest number of doubts of one kind that are returned. More of them say nothing new.
+const MOST_OF_A_KIND: usize = 5;
+
+/// Returns what is doubtful in a recording. The cost grows with the number of poses, and with the square of the number of
+/// objects in a snapshot.
+///
+/// ```
+/// use symbolt::sim::Seed;
+/// use symbolt::study::worlds;
+/// use symbolt::task::doubt::{DoubtKind, doubts};
+///
+/// let mut recording = worlds::named("tower").expect("a world").record(5, Seed::new(1));
+/// assert!(doubts(&recording).is_empty());
+/// for demo in &mut recording.demos {
+///     for object in demo.snapshots.iter_mut().flat_map(|s| &mut s.objects) {
+///         object.pose.position = object.pose.position.map(|metres| 1000.0 * metres);
+///     }
+/// }
+/// assert_eq!(doubts(&recording)[0].kind, DoubtKind::LengthUnit);
+/// ```
+pub fn doubts(recording: &Recording) -> Vec<Doubt> {
+    examine(&View::of(recording))
+}
+
+/// Returns what is doubtful in tracks: what [`doubts`] finds in their poses at up to 64 moments of each session, and what only
+/// tracks can have, such as norms and times. Times, positions and orientations beyond the shortest list are left out.
+pub fn doubts_of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
+    let mut all = scale::of_tracks(tracks);
+    let unsound = all.iter().any(|d| d.kind == DoubtKind::AngleUnit);
+    let mut view = View::of_tracks(tracks, unsound);
+    view.events = false;
+    all.extend(examine(&view));
+    limited(all)
+}
+
+fn examine(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = scale::units(view);
+    // In a wrong unit, lengths say nothing else.
+    if all.is_empty() {
+        all.extend(frame::up(view));
+        all.extend(turns::order(view));
+        // What follows takes the frame for right.
+        let upright = all.is_empty();
+        all.extend(frame::camera(view));
+        if upright {
+            all.extend(turns::handed(view));
+        }
+        let still = !all.iter().any(|d| d.kind == DoubtKind::MovingCamera);
+        let compared = compare::demonstrations(view);
+        if still {
+            all.extend(moves::moves(view));
+        }
+        all.extend(compared);
+    }
+    all.extend(scale::times(view));
+    if view.demos.len() == 1 && view.events {
+        all.push(Doubt {
+            kind: DoubtKind::FewDemonstrations,
+            place: String::new(),
+            seen: "there is one demonstration".into(),
+            reading: "it cannot tell what is needed from what happened to be so".into(),
+            ask: "record more, with the objects elsewhere at the start".into(),
+        });
+    }
+    limited(all)
+}
+
+/// Keeps the first doubts of each kind.
+fn limited(all: Vec<Doubt>) -> Vec<Doubt> {
+    let mut kept: Vec<Doubt> = Vec::new();
+    for doubt in all {
+        let same = kept.iter().filter(|d| d.kind == doubt.kind);
+        if same.count() < MOST_OF_A_KIND && !kept.contains(&doubt) {
+            kept.push(doubt);
+        }
+    }
+    kept
+}

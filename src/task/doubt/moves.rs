@@ -1,0 +1,373 @@
+//! Doubts about movements: wrong labels, exchanged ids, jumps, repeated snapshots, frozen poses, and objects in each other.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::view::{Demo, Object, View};
+use super::{Doubt, DoubtKind};
+use crate::task::recording::SnapshotEvent;
+
+/// Distance below which two objects of a kind are in each other, in metres: no part is so thin and carried by a hand.
+const INSIDE_M: f64 = 1.5e-3;
+
+fn at(demo: &Demo<'_>, snapshot: usize) -> String {
+    format!("demonstration {}, snapshot {snapshot}", demo.number)
+}
+
+/// How far an object moved from a snapshot to another, in metres.
+fn moved(object: &Object<'_>, from: usize, to: usize) -> Option<f64> {
+    Some((object.since(to)?.at - object.by(from)?.at).norm())
+}
+
+fn turned(object: &Object<'_>, from: usize, to: usize) -> Option<f64> {
+    Some(object.since(to)?.turn.angle_to(&object.by(from)?.turn))
+}
+
+/// All doubts about movements.
+pub(super) fn moves(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = swaps(view);
+    let swapped: BTreeSet<String> = all.iter().map(|d| d.place.clone()).collect();
+    all.extend(labels(view, &swapped));
+    all.extend(jumps(view, &swapped));
+    all.extend(repeats(view));
+    all.extend(still(view));
+    all.extend(inside(view));
+    all
+}
+
+/// An object that is where another was, while that one is elsewhere.
+fn swaps(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = Vec::new();
+    for demo in &view.demos {
+        let mut known: BTreeSet<(usize, usize)> = BTreeSet::new();
+        for s in 1..demo.len() {
+            let moved: Vec<usize> = (0..demo.objects.len())
+                .filter(|o| {
+                    let object = &demo.objects[*o];
+                    let pair = object.seen[s - 1].zip(object.seen[s]);
+                    pair.is_some_and(|(a, b)| (a.at - b.at).norm() > 0.02 + view.same_m())
+                })
+                .collect();
+            for a in &moved {
+                for b in moved.iter().filter(|b| *b != a) {
+                    let (one, other) = (&demo.objects[*a], &demo.objects[*b]);
+                    let count = |s: usize| {
+                        demo.objects.iter().filter(|o| o.kind == one.kind && o.seen[s].is_some()).count()
+                    };
+                    let (Some(was), Some(is)) = (other.seen[s - 1], one.seen[s]) else { continue };
+                    let near = (was.at - is.at).norm() < 2e-3 + 6.0 * view.noise_m;
+                    // Without events, one of the two could have made room for the other.
+                    let back = one.seen[s - 1].zip(other.seen[s]).is_some_and(|(was, is)| {
+                        (was.at - is.at).norm() < 2e-3 + 6.0 * view.noise_m
+                    });
+                    let new = !known.contains(&(*a.min(b), *a.max(b)));
+                    // Where one of a kind is lost, later ids move down.
+                    if near && new && (back || view.events) && count(s) == count(s - 1) {
+                        known.insert((*a.min(b), *a.max(b)));
+                        all.push(Doubt {
+                            kind: DoubtKind::SwappedIds,
+                            place: at(demo, s),
+                            seen: format!(
+                                "`{}` is where `{}` was, which is elsewhere now",
+                                one.id, other.id
+                            ),
+                            reading: "the tracker has probably exchanged the two ids".into(),
+                            ask: format!(
+                                "exchange `{}` and `{}` from there on, or leave the demonstration out",
+                                one.id, other.id
+                            ),
+                        });
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// A named object that lies still while another moves.
+fn labels(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
+    struct Wrong {
+        doubt: Doubt,
+        named: String,
+        mover: String,
+    }
+    let mut wrong: Vec<Wrong> = Vec::new();
+    let mut movers: BTreeMap<&str, usize> = BTreeMap::new();
+    for demo in &view.demos {
+        for hold in &demo.holds {
+            let Some(o) = hold.object else { continue };
+            let named = &demo.objects[o];
+            let (Some(far), Some(turn)) =
+                (moved(named, hold.from, hold.to), turned(named, hold.from, hold.to))
+            else {
+                continue;
+            };
+            if far > view.same_m() || turn > 0.05 + 6.0 * view.noise_rad {
+                *movers.entry(named.kind).or_default() += 1;
+                continue;
+            }
+            let others = demo.objects.iter().enumerate().filter(|(i, _)| *i != o);
+            let others = others.filter_map(|(_, x)| Some((moved(x, hold.from, hold.to)?, x)));
+            let Some((farthest, other)) = others.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+            let exchanged = (hold.from..=hold.to).any(|s| swapped.contains(&at(demo, s)));
+            if farthest < view.far_m() || exchanged {
+                continue;
+            }
+            wrong.push(Wrong {
+                doubt: Doubt {
+                    kind: DoubtKind::WrongObject,
+                    place: at(demo, hold.from),
+                    seen: format!(
+                        "`object` is `{}`, which moved by {:.1} mm, while `{}` moved by {:.0} mm",
+                        named.id,
+                        far * 1e3,
+                        other.id,
+                        farthest * 1e3
+                    ),
+                    reading: format!("the hand probably held `{}`", other.id),
+                    ask: format!(
+                        "name `{}` as the `object` of the contact and the release, or leave `object` out",
+                        other.id
+                    ),
+                },
+                named: named.kind.into(),
+                mover: other.kind.into(),
+            });
+        }
+    }
+    // What never moves itself but always moves one kind is a mechanism, such as a button and its door.
+    let mechanism = |w: &Wrong| {
+        let own = wrong.iter().filter(|x| x.named == w.named);
+        !movers.contains_key(&*w.named) && own.clone().count() >= 3 && {
+            own.clone().all(|x| x.mover == w.mover) && !movers.contains_key(&*w.mover)
+        }
+    };
+    let kept: Vec<bool> = wrong.iter().map(|w| !mechanism(w)).collect();
+    wrong.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(w, _)| w.doubt).collect()
+}
+
+/// Movements that no hand and no fall explains.
+fn jumps(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
+    let least = 0.02 + view.same_m();
+    let mut all = Vec::new();
+    // Kinds that move again and again while nothing is held: somebody else moves them.
+    let mut loose: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut alone: Vec<(&str, Doubt)> = Vec::new();
+    for demo in &view.demos {
+        let len = demo.len();
+        for (o, object) in demo.objects.iter().enumerate() {
+            let named = |s: usize| {
+                demo.holds.iter().any(|h| h.object == Some(o) && h.from <= s && s <= h.to)
+            };
+            for s in 1..len {
+                let (Some(before), Some(now)) = (object.seen[s - 1], object.seen[s]) else { continue };
+                let far = (now.at - before.at).norm();
+                if far < least || swapped.contains(&at(demo, s)) {
+                    continue;
+                }
+                let next = object.seen.get(s + 1).copied().flatten();
+                let returns = next.is_some_and(|n| (n.at - before.at).norm() < view.same_m());
+                // Others that leave together are carried, or seen by a camera.
+                let with = demo.objects.iter().enumerate().any(|(i, other)| {
+                    let pair = other.seen[s - 1].zip(other.seen[s]);
+                    i != o && pair.is_some_and(|(a, b)| ((b.at - a.at) - (now.at - before.at)).norm() < 5e-3)
+                });
+                let doubt = |seen: String| Doubt {
+                    kind: DoubtKind::Jump,
+                    place: at(demo, s),
+                    seen,
+                    reading: "the tracker probably lost it for a moment, or took another for it".into(),
+                    ask: format!("leave `{}` out of the snapshots in which it is elsewhere", object.id),
+                };
+                if returns && !named(s) && !with && (view.events || far > 0.1) {
+                    all.push(doubt(format!(
+                        "`{}` is {:.0} mm away in one snapshot and back in the next",
+                        object.id,
+                        far * 1e3
+                    )));
+                    continue;
+                }
+                let came_back = s >= 2 && {
+                    let earlier = object.seen[s - 2];
+                    earlier.is_some_and(|e| (now.at - e.at).norm() < view.same_m())
+                };
+                if came_back || !view.events || with {
+                    continue;
+                }
+                let held = demo.held(s - 1);
+                let outside = outside(demo, o, s, now.at);
+                if held && !named(s - 1) && outside > 0.3 {
+                    all.push(doubt(format!(
+                        "`{}`, which the hand does not hold, is {:.0} mm away all at once",
+                        object.id,
+                        far * 1e3
+                    )));
+                } else if !held {
+                    // What was just released may fall, and roll to the floor.
+                    let released = demo.events[s - 1] == Some(SnapshotEvent::Release);
+                    let fell = released && now.at.z < before.at.z - 5e-3 && named(s - 1);
+                    if fell {
+                        continue;
+                    }
+                    *loose.entry(object.kind).or_default() += 1;
+                    let text = format!(
+                        "`{}` moves by {:.0} mm while the hand holds nothing",
+                        object.id,
+                        far * 1e3
+                    );
+                    if outside > 0.3 {
+                        all.push(doubt(text));
+                    } else {
+                        alone.push((object.kind, doubt(text)));
+                    }
+                }
+            }
+        }
+    }
+    // One alone, in all demonstrations, is no other hand at work.
+    let total: usize = loose.values().sum();
+    all.extend(alone.into_iter().filter(|_| total == 1).map(|(_, doubt)| doubt));
+    all
+}
+
+/// How far a position is from the box around all other objects of the snapshot and the object's own past, in metres.
+fn outside(demo: &Demo<'_>, own: usize, snapshot: usize, at: nalgebra::Vector3<f64>) -> f64 {
+    let others = demo.objects.iter().enumerate().filter(|(i, _)| *i != own);
+    let others = others.filter_map(|(_, o)| o.seen[snapshot]);
+    let past = demo.objects[own].seen[..snapshot].iter().copied().flatten();
+    let all: Vec<_> = others.chain(past).map(|s| s.at).collect();
+    let beyond = |i: usize| {
+        let low = all.iter().map(|p| p[i]).fold(f64::MAX, f64::min);
+        let high = all.iter().map(|p| p[i]).fold(f64::MIN, f64::max);
+        (low - at[i]).max(at[i] - high).max(0.0)
+    };
+    (0..3).map(beyond).fold(0.0, f64::max)
+}
+
+/// Snapshots that are recorded twice.
+fn repeats(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = Vec::new();
+    for demo in &view.demos {
+        for s in 1..demo.len() {
+            let same = |o: &Object<'_>| o.seen[s] == o.seen[s - 1];
+            let event = demo.events[s];
+            let timed = demo.times_s[s].is_some() && demo.times_s[s] == demo.times_s[s - 1];
+            let again = event.is_some() && event == demo.events[s - 1];
+            if again && !timed && demo.objects.iter().all(same) {
+                all.push(Doubt {
+                    kind: DoubtKind::DuplicateTime,
+                    place: at(demo, s),
+                    seen: "it repeats the snapshot before it, event and all".into(),
+                    reading: "the line is probably recorded twice".into(),
+                    ask: "leave the repeated line out".into(),
+                });
+            }
+        }
+    }
+    all
+}
+
+/// Kinds that are touched and never move, demonstrations in which nothing does, and poses that stay to the bit.
+fn still(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = Vec::new();
+    let nothing = |place: String, seen: String| Doubt {
+        kind: DoubtKind::NothingMoves,
+        place,
+        seen,
+        reading: "its poses were probably not updated, or another object was meant".into(),
+        ask: "check the columns of this object in the log".into(),
+    };
+    let moves = |o: &Object<'_>| {
+        let first = o.first();
+        o.seen.iter().flatten().any(|s| {
+            first.is_some_and(|f| {
+                (f.at - s.at).norm() > view.same_m()
+                    || f.turn.angle_to(&s.turn) > 0.05 + 6.0 * view.noise_rad
+            })
+        })
+    };
+    let mut moving: BTreeSet<&str> = BTreeSet::new();
+    for object in view.demos.iter().flat_map(|d| &d.objects).filter(|o| moves(o)) {
+        moving.insert(object.kind);
+    }
+    let long = |demo: &&Demo<'_>| demo.len() > 1;
+    if moving.is_empty() && view.demos.iter().any(|d| long(&d)) {
+        let seen = "no object moves in any demonstration".into();
+        return vec![nothing(String::new(), seen)];
+    }
+    for demo in view.demos.iter().filter(long) {
+        if !demo.objects.iter().any(moves) {
+            let place = format!("demonstration {}", demo.number);
+            all.push(nothing(place, "no object moves, in the others some do".into()));
+            continue;
+        }
+        // From some snapshot on, all poses are the same, whatever the hand does.
+        let last = (1..demo.len()).rev().find(|s| demo.objects.iter().any(|o| o.seen[*s] != o.seen[*s - 1]));
+        let from = last.unwrap_or(0);
+        let after = demo.holds.iter().filter(|h| h.from >= from && h.to > h.from).count();
+        if after >= 2 {
+            all.push(Doubt {
+                kind: DoubtKind::Frozen,
+                place: at(demo, from),
+                seen: format!("no pose changes any more, through {after} grasps"),
+                reading: "the stream of poses has probably stopped".into(),
+                ask: "leave the rest of the demonstration out".into(),
+            });
+        }
+    }
+    if view.noise_m > 1e-5 {
+        for demo in view.demos.iter().filter(|d| d.len() >= 5) {
+            for object in demo.objects.iter().filter(|o| moving.contains(o.kind)) {
+                let seen: Vec<_> = object.seen.iter().flatten().collect();
+                let frozen = seen.len() >= 5 && seen.windows(2).all(|p| p[0] == p[1]);
+                if frozen {
+                    all.push(Doubt {
+                        kind: DoubtKind::Frozen,
+                        place: format!("demonstration {}, `{}`", demo.number, object.id),
+                        seen: format!("its pose is the same to the bit in {} snapshots", seen.len()),
+                        reading: "the tracker has probably lost it and repeats the last pose".into(),
+                        ask: format!("leave `{}` out of these snapshots", object.id),
+                    });
+                }
+            }
+        }
+    }
+    let mut touched: BTreeMap<&str, usize> = BTreeMap::new();
+    for demo in &view.demos {
+        for hold in &demo.holds {
+            if let Some(o) = hold.object {
+                *touched.entry(demo.objects[o].kind).or_default() += 1;
+            }
+        }
+    }
+    // With a wrong label, this is said already.
+    for (kind, count) in touched.into_iter().filter(|(kind, count)| *count >= 3 && !moving.contains(kind)) {
+        let place = format!("objects of kind `{kind}`");
+        all.push(nothing(place, format!("they are touched {count} times and never move")));
+    }
+    all
+}
+
+/// Objects of a kind that begin in the same place.
+fn inside(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = Vec::new();
+    for demo in &view.demos {
+        for (i, one) in demo.objects.iter().enumerate() {
+            for other in &demo.objects[..i] {
+                let pair = one.seen[0].zip(other.seen[0]);
+                let Some((a, b)) = pair.filter(|_| one.kind == other.kind) else { continue };
+                let far = (a.at - b.at).norm();
+                if far < INSIDE_M {
+                    all.push(Doubt {
+                        kind: DoubtKind::SamePlace,
+                        place: at(demo, 0),
+                        seen: format!("`{}` and `{}` are {:.1} mm apart", other.id, one.id, far * 1e3),
+                        reading: "they are probably one object under two ids".into(),
+                        ask: format!("leave `{}` out", one.id),
+                    });
+                }
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,199 @@
+//! Doubts about orientations: the order of quaternions, the unit of angles, and handedness.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::frame::level;
+use super::view::{Seen, View, middle, spread};
+use super::{Doubt, DoubtKind};
+
+/// What was read as x, y, z, w, read as w, x, y, z.
+fn reordered(q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(Quaternion::new(q.i, q.j, q.k, q.w))
+}
+
+/// The height of a rest in centimetres, so that rests at one height share it.
+fn height(view: &View<'_>, at: f64) -> i64 {
+    (at / (0.01 + 6.0 * view.noise_m)).round() as i64
+}
+
+/// How upright resting bodies are, as a share of them, under two readings.
+struct Upright {
+    /// z axes of bodies along the vertical: as read, and reordered.
+    stand: (f64, f64),
+    /// Verticals that agree within each kind and height: as read, and reordered.
+    agree: (f64, f64),
+    count: usize,
+    kinds: usize,
+}
+
+fn upright(view: &View<'_>, only: Option<usize>) -> Upright {
+    let axis = level(view).unwrap_or(2);
+    let up: Vector3<f64> = Vector3::ith(axis, 1.0);
+    let near = (0.09 + 3.0 * view.noise_rad).min(0.5).cos();
+    let mut groups: BTreeMap<(&str, i64), Vec<Seen>> = BTreeMap::new();
+    for (_, object, seen) in view.starts().filter(|(d, ..)| only.is_none_or(|o| o == *d)) {
+        groups.entry((object.kind, height(view, seen.at[axis]))).or_default().push(seen);
+    }
+    let all: Vec<&Seen> = groups.values().flatten().collect();
+    let stands = |turn: UnitQuaternion<f64>| (turn * Vector3::z())[axis] > near;
+    let share = |of: usize, all: usize| of as f64 / all.max(1) as f64;
+    let stand = (
+        share(all.iter().filter(|s| stands(s.turn)).count(), all.len()),
+        share(all.iter().filter(|s| stands(reordered(&s.turn))).count(), all.len()),
+    );
+    let agreeing = |read: &dyn Fn(&Seen) -> UnitQuaternion<f64>| {
+        let (mut agree, mut of) = (0, 0);
+        for group in groups.values().filter(|g| g.len() >= 3) {
+            let down: Vec<Vector3<f64>> = group.iter().map(|s| read(s).inverse() * up).collect();
+            let with = |a: &Vector3<f64>| down.iter().filter(|b| a.dot(b) > near).count();
+            agree += down.iter().map(with).max().unwrap_or(0);
+            of += group.len();
+        }
+        if of < 6 { 1.0 } else { share(agree, of) }
+    };
+    let agree = (agreeing(&|s| s.turn), agreeing(&|s| reordered(&s.turn)));
+    let kinds: std::collections::BTreeSet<&str> = groups.keys().map(|(kind, _)| *kind).collect();
+    Upright { stand, agree, count: all.len(), kinds: kinds.len() }
+}
+
+impl Upright {
+    /// Whether bodies stand upright only in the other order.
+    fn is_other(&self) -> bool {
+        let (read, other) = self.stand;
+        let stands = self.count >= 3 && self.kinds >= 2 && read <= 0.2 && other >= 0.7;
+        let (read, other) = self.agree;
+        stands || read <= 0.6 && other >= 0.9
+    }
+}
+
+/// Doubts about the order of quaternions and the unit of angles.
+pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
+    let whole = upright(view, None);
+    let doubt = |place: String, found: &Upright| {
+        let percent = |share: f64| 100.0 * share;
+        let (read, other) =
+            if found.stand.1 - found.stand.0 >= 0.5 { found.stand } else { found.agree };
+        Doubt {
+            kind: DoubtKind::QuaternionOrder,
+            place,
+            seen: format!(
+                "{:.0}% of the resting objects are upright; read as w, x, y, z, {:.0}% are",
+                percent(read),
+                percent(other)
+            ),
+            reading: "the quaternions are probably w, x, y, z".into(),
+            ask: "import the log with `quaternion` set to `wxyz`, or move the first number of \
+                  `orientation` to the end"
+                .into(),
+        }
+    };
+    if whole.is_other() {
+        return vec![doubt(String::new(), &whole)];
+    }
+    let mut all = Vec::new();
+    for (d, demo) in view.demos.iter().enumerate().filter(|_| view.demos.len() > 1) {
+        let own = upright(view, Some(d));
+        let (read, other) = own.stand;
+        if own.is_other() && other - read >= 0.5 && whole.stand.0 > 0.4 {
+            all.push(doubt(format!("demonstration {}", demo.number), &own));
+        }
+    }
+    // Angles in radians that were taken for degrees are below pi degrees, and differ within them.
+    let angles: Vec<f64> = (view.starts())
+        .filter(|(_, object, _)| object.last().is_some())
+        .map(|(_, _, s)| s.turn.angle().to_degrees())
+        .collect();
+    let greatest = angles.iter().copied().fold(0.0, f64::max);
+    let above = angles.iter().filter(|a| **a > 0.3).count();
+    let quiet = view.noise_rad.to_degrees() < 0.05;
+    if quiet && (1.2..3.2).contains(&greatest) && above >= 6 && 3 * above >= angles.len() {
+        all.push(Doubt {
+            kind: DoubtKind::AngleUnit,
+            place: String::new(),
+            seen: format!("no object is turned by more than {greatest:.2} degrees"),
+            reading: format!(
+                "angles in radians were probably taken for degrees: {:.0} degrees at most",
+                greatest.to_radians().to_degrees().to_degrees()
+            ),
+            ask: "import the log with `angle` set to `rad`".into(),
+        });
+    }
+    all
+}
+
+/// Doubts about handedness: where objects are placed beside turned ones, the places agree in the frames of these only if
+/// positions and orientations have one handedness.
+pub(super) fn handed(view: &View<'_>) -> Vec<Doubt> {
+    let axis = level(view).unwrap_or(2);
+    // Ends of carried objects, each with the nearest object of every other kind.
+    let mut pairs: BTreeMap<(&str, &str), Vec<(Vector3<f64>, UnitQuaternion<f64>)>> = BTreeMap::new();
+    for demo in &view.demos {
+        for object in &demo.objects {
+            let (Some(first), Some(last)) = (object.first(), object.last()) else { continue };
+            if (first.at - last.at).norm() < view.far_m() {
+                continue;
+            }
+            let mut near: BTreeMap<&str, (f64, Seen)> = BTreeMap::new();
+            for other in demo.objects.iter().filter(|o| o.kind != object.kind) {
+                let Some(seen) = other.last() else { continue };
+                let far = (seen.at - last.at).norm();
+                let best = near.entry(other.kind).or_insert((far, seen));
+                if far < best.0 {
+                    *best = (far, seen);
+                }
+            }
+            for (kind, (_, seen)) in near {
+                pairs.entry((object.kind, kind)).or_default().push((last.at - seen.at, seen.turn));
+            }
+        }
+    }
+    let mut flat = Vector3::repeat(1.0);
+    flat[(axis + 1) % 3] = -1.0;
+    let mut found: Vec<(f64, f64, &str, &str)> = Vec::new();
+    for ((object, reference), places) in &pairs {
+        let heading = |turn: &UnitQuaternion<f64>| {
+            let x = turn * Vector3::ith((axis + 1) % 3, 1.0);
+            x[(axis + 2) % 3].atan2(x[(axis + 1) % 3])
+        };
+        let turned = spread(places.iter().map(|(_, turn)| heading(turn)));
+        if places.len() < 4 || turned < 0.35 {
+            continue;
+        }
+        let nearest = |read: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+            let own: Vec<Vector3<f64>> =
+                places.iter().map(|(to, turn)| turn.inverse() * read(to)).collect();
+            let near = |(i, a): (usize, &Vector3<f64>)| {
+                let others = own.iter().enumerate().filter(|(j, _)| *j != i);
+                others.map(|(_, b)| (a - b).norm()).fold(f64::MAX, f64::min)
+            };
+            middle(&mut own.iter().enumerate().map(near).collect::<Vec<_>>())
+        };
+        let read = nearest(&|to| *to);
+        let mirrored = nearest(&|to| to.component_mul(&flat));
+        found.push((read, mirrored, object, reference));
+    }
+    // Some relation holds as read: the handedness is right.
+    let tight = |m: f64| m < 5e-3 + 6.0 * view.noise_m;
+    if found.iter().any(|(read, mirrored, ..)| tight(*read) && *read <= *mirrored) {
+        return Vec::new();
+    }
+    let clear = |f: &&(f64, f64, &str, &str)| tight(f.1) && f.0 > 0.01 && f.1 < 0.25 * f.0;
+    let best = found.iter().filter(clear).max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
+    best.map(|(read, mirrored, object, reference)| Doubt {
+        kind: DoubtKind::LeftHanded,
+        place: String::new(),
+        seen: format!(
+            "places of `{object}` beside a turned `{reference}` differ by {:.0} mm; mirrored, by {:.1} mm",
+            read * 1e3,
+            mirrored * 1e3
+        ),
+        reading: "the positions are probably left-handed (one axis reversed, or two exchanged), or the \
+                  orientations inverted"
+            .into(),
+        ask: "import the log with `handed` set to `left`, or reverse one axis".into(),
+    })
+    .into_iter()
+    .collect()
+}
