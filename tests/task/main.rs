@@ -15,6 +15,7 @@ mod tally;
 mod alternatives;
 mod attempts;
 mod catalogue;
+mod doubt;
 mod events;
 mod goal_set_races;
 mod goal_sets;

@@ -12,11 +12,13 @@ use serde_json::{Value, json};
 use symbolt::study::asking::{Question, ask};
 use symbolt::task::Recording;
 use symbolt::task::domain::KindClusters;
+use symbolt::task::doubt::Doubt;
 use symbolt::task::learn::{
     AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
     learn_observed,
 };
 
+use super::check::doubted;
 use super::domain_tables::{self, domain_tables, mm};
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, METHODS, OutFile, named, number};
@@ -73,13 +75,14 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     if !matches!(out, Place::Default) && !empty {
         out.write(&learned.domain.to_json()?)?;
     }
+    let doubts = doubted(&recording);
     for warning in warnings(&learned, method) {
         warn(&warning);
     }
     // With the domain file, standard output holds nothing else.
     if !matches!(out, Place::Stdout) {
         let question = ask(&learned.domain, &recording, &[]);
-        let json = || summary(&learned, question.as_ref());
+        let json = || summary(&learned, question.as_ref(), &doubts);
         let text = || {
             let asked = question.as_ref().map(question_text);
             tables(&learned) + &asked.unwrap_or_default()
@@ -174,7 +177,7 @@ fn warnings(learned: &Learned, method: Method) -> Vec<String> {
 }
 
 /// Returns the learned domain and the report as one JSON object.
-fn summary(learned: &Learned, question: Option<&Question>) -> Value {
+fn summary(learned: &Learned, question: Option<&Question>, doubts: &[Doubt]) -> Value {
     let (report, clusters) = (&learned.report, &learned.domain.provenance.clusters);
     let by_kind = |value: fn(&KindClusters) -> Option<f64>| -> Value {
         clusters.iter().map(|c| (c.kind.clone(), json!(value(c)))).collect()
@@ -200,6 +203,7 @@ fn summary(learned: &Learned, question: Option<&Question>) -> Value {
         "unachieved": learned.unachieved,
         "unsure_frames": learned.unsure_frames,
         "ask": question,
+        "warnings": doubts,
     });
     let mut all = domain_tables::summary(&learned.domain);
     all.extend(keys(own));

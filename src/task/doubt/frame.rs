@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
+use super::turns::reordered;
 use super::view::{Seen, View, spread};
 use super::{Doubt, DoubtKind};
 
@@ -56,7 +57,8 @@ fn stacked(view: &View<'_>) -> (usize, usize) {
                 continue;
             }
             for (r, other) in demo.objects.iter().enumerate() {
-                let Some(under) = other.last().filter(|_| r != o && other.kind != object.kind) else {
+                let Some(under) = other.last().filter(|_| r != o && other.kind != object.kind)
+                else {
                     continue;
                 };
                 let rose = (last.at - under.at).z;
@@ -87,7 +89,10 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
             place: String::new(),
             seen: format!("objects of a kind rest at one {}, not at one z", AXES[axis]),
             reading: format!("{} probably points up, or two axes are exchanged", AXES[axis]),
-            ask: format!("import the log with `up` set to `{}`, or exchange the columns", AXES[axis]),
+            ask: format!(
+                "import the log with `up` set to `{}`, or exchange the columns",
+                AXES[axis]
+            ),
         }];
     }
     let heights: Vec<f64> = view.starts().map(|(_, _, s)| s.at.z).collect();
@@ -99,11 +104,15 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     // Most objects begin on the table, which is the lowest plane, and not the highest.
     let top = heights.iter().filter(|h| high - **h < 0.25 * (high - low)).count();
     let ceiling = high - low > 0.01 && 10 * top > 6 * heights.len();
-    if lowered && (sinks || hangs || ceiling) || hangs && sinks {
+    let floor = heights.iter().filter(|h| **h - low < 0.25 * (high - low)).count();
+    let floor = high - low > 0.01 && 10 * floor > 6 * heights.len();
+    // A table at 0 with everything below it.
+    let under = high > -0.06 && !floor;
+    if lowered && (sinks || hangs || ceiling || under) || hangs && !floor && !reordered(view) {
         let seen = if lowered {
             format!("z is {low:.3} to {high:.3} m at the start: nothing is above 0")
         } else {
-            format!("objects hang upside down, and {below} were put below another")
+            "the z axes of nearly all objects point down, and most begin at the greatest z".into()
         };
         return vec![Doubt {
             kind: DoubtKind::UpsideDown,
@@ -189,7 +198,7 @@ fn common_axis(view: &View<'_>) -> Option<Vector3<f64>> {
 }
 
 /// Returns the normal of parallel planes, one a kind, on which objects begin.
-fn plane(view: &View<'_>) -> Option<Vector3<f64>> {
+pub(super) fn plane(view: &View<'_>) -> Option<Vector3<f64>> {
     let kinds: BTreeMap<&str, Vec<(usize, Seen)>> = view.starts_by_kind();
     let mut pooled = Matrix3::zeros();
     let mut freedom = 0usize;

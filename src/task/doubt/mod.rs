@@ -176,9 +176,7 @@ pub fn doubts(recording: &Recording) -> Vec<Doubt> {
 pub fn doubts_of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
     let mut all = scale::of_tracks(tracks);
     let unsound = all.iter().any(|d| d.kind == DoubtKind::AngleUnit);
-    let mut view = View::of_tracks(tracks, unsound);
-    view.events = false;
-    all.extend(examine(&view));
+    all.extend(examine(&View::of_tracks(tracks, unsound)));
     limited(all)
 }
 
@@ -187,7 +185,9 @@ fn examine(view: &View<'_>) -> Vec<Doubt> {
     // In a wrong unit, lengths say nothing else.
     if all.is_empty() {
         all.extend(frame::up(view));
-        all.extend(turns::order(view));
+        if all.is_empty() {
+            all.extend(turns::order(view));
+        }
         // What follows takes the frame for right.
         let upright = all.is_empty();
         all.extend(frame::camera(view));
@@ -195,14 +195,15 @@ fn examine(view: &View<'_>) -> Vec<Doubt> {
             all.extend(turns::handed(view));
         }
         let still = !all.iter().any(|d| d.kind == DoubtKind::MovingCamera);
-        let compared = compare::demonstrations(view);
         if still {
             all.extend(moves::moves(view));
+            all.extend(compare::demonstrations(view));
         }
-        all.extend(compared);
     }
-    all.extend(scale::times(view));
-    if view.demos.len() == 1 && view.events {
+    let metric = !all.iter().any(|d| d.kind == DoubtKind::LengthUnit);
+    all.extend(scale::times(view, metric));
+    // A single snapshot is a scene.
+    if view.demos.len() == 1 && view.demos[0].len() > 1 && !view.tracks {
         all.push(Doubt {
             kind: DoubtKind::FewDemonstrations,
             place: String::new(),
@@ -214,13 +215,25 @@ fn examine(view: &View<'_>) -> Vec<Doubt> {
     limited(all)
 }
 
+/// Escapes control characters.
+fn printable(text: String) -> String {
+    if !text.contains(char::is_control) {
+        return text;
+    }
+    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    text.chars().map(escape).collect()
+}
+
 /// Keeps the first doubts of each kind.
 fn limited(all: Vec<Doubt>) -> Vec<Doubt> {
     let mut kept: Vec<Doubt> = Vec::new();
     for doubt in all {
         let same = kept.iter().filter(|d| d.kind == doubt.kind);
         if same.count() < MOST_OF_A_KIND && !kept.contains(&doubt) {
-            kept.push(doubt);
+            // Ids come from files, and sentences go to terminals.
+            let Doubt { kind, place, seen, reading, ask } = doubt;
+            let [place, seen, reading, ask] = [place, seen, reading, ask].map(printable);
+            kept.push(Doubt { kind, place, seen, reading, ask });
         }
     }
     kept

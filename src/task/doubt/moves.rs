@@ -2,12 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::view::{Demo, Object, View};
+use nalgebra::Vector3;
+
+use super::view::{Demo, Object, View, spread};
 use super::{Doubt, DoubtKind};
 use crate::task::recording::SnapshotEvent;
 
 /// Distance below which two objects of a kind are in each other, in metres: no part is so thin and carried by a hand.
 const INSIDE_M: f64 = 1.5e-3;
+
+/// Turn beyond which an object was turned on purpose, in radians.
+const TURNED_RAD: f64 = 0.5;
 
 fn at(demo: &Demo<'_>, snapshot: usize) -> String {
     format!("demonstration {}, snapshot {snapshot}", demo.number)
@@ -24,19 +29,26 @@ fn turned(object: &Object<'_>, from: usize, to: usize) -> Option<f64> {
 
 /// All doubts about movements.
 pub(super) fn moves(view: &View<'_>) -> Vec<Doubt> {
-    let mut all = swaps(view);
-    let swapped: BTreeSet<String> = all.iter().map(|d| d.place.clone()).collect();
+    let (mut all, swapped) = swaps(view);
     all.extend(labels(view, &swapped));
     all.extend(jumps(view, &swapped));
     all.extend(repeats(view));
-    all.extend(still(view));
+    let labelled = !all.iter().any(|d| d.kind == DoubtKind::WrongObject);
+    all.extend(still(view, labelled));
     all.extend(inside(view));
     all
 }
 
+/// Two ids that are exchanged from a snapshot on.
+struct Swap<'a> {
+    demo: u64,
+    snapshot: usize,
+    ids: [&'a str; 2],
+}
+
 /// An object that is where another was, while that one is elsewhere.
-fn swaps(view: &View<'_>) -> Vec<Doubt> {
-    let mut all = Vec::new();
+fn swaps<'a>(view: &View<'a>) -> (Vec<Doubt>, Vec<Swap<'a>>) {
+    let (mut all, mut swapped) = (Vec::new(), Vec::new());
     for demo in &view.demos {
         let mut known: BTreeSet<(usize, usize)> = BTreeSet::new();
         for s in 1..demo.len() {
@@ -51,7 +63,10 @@ fn swaps(view: &View<'_>) -> Vec<Doubt> {
                 for b in moved.iter().filter(|b| *b != a) {
                     let (one, other) = (&demo.objects[*a], &demo.objects[*b]);
                     let count = |s: usize| {
-                        demo.objects.iter().filter(|o| o.kind == one.kind && o.seen[s].is_some()).count()
+                        demo.objects
+                            .iter()
+                            .filter(|o| o.kind == one.kind && o.seen[s].is_some())
+                            .count()
                     };
                     let (Some(was), Some(is)) = (other.seen[s - 1], one.seen[s]) else { continue };
                     let near = (was.at - is.at).norm() < 2e-3 + 6.0 * view.noise_m;
@@ -63,6 +78,11 @@ fn swaps(view: &View<'_>) -> Vec<Doubt> {
                     // Where one of a kind is lost, later ids move down.
                     if near && new && (back || view.events) && count(s) == count(s - 1) {
                         known.insert((*a.min(b), *a.max(b)));
+                        swapped.push(Swap {
+                            demo: demo.number,
+                            snapshot: s,
+                            ids: [one.id, other.id],
+                        });
                         all.push(Doubt {
                             kind: DoubtKind::SwappedIds,
                             place: at(demo, s),
@@ -81,11 +101,11 @@ fn swaps(view: &View<'_>) -> Vec<Doubt> {
             }
         }
     }
-    all
+    (all, swapped)
 }
 
 /// A named object that lies still while another moves.
-fn labels(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
+fn labels(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
     struct Wrong {
         doubt: Doubt,
         named: String,
@@ -107,9 +127,20 @@ fn labels(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
                 continue;
             }
             let others = demo.objects.iter().enumerate().filter(|(i, _)| *i != o);
-            let others = others.filter_map(|(_, x)| Some((moved(x, hold.from, hold.to)?, x)));
-            let Some((farthest, other)) = others.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-            let exchanged = (hold.from..=hold.to).any(|s| swapped.contains(&at(demo, s)));
+            let others = others.filter_map(|(_, x)| {
+                let turn = turned(x, hold.from, hold.to).filter(|turn| *turn > TURNED_RAD);
+                // A turn counts as the way of a hand's width.
+                Some((moved(x, hold.from, hold.to)? + turn.map_or(0.0, |_| 0.1), x))
+            });
+            let Some((farthest, other)) = others.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+                continue;
+            };
+            let pair = |w: &Swap<'_>| w.ids.contains(&named.id) && w.ids.contains(&other.id);
+            let exchanged = swapped.iter().any(|w| {
+                w.demo == demo.number
+                    && w.snapshot <= hold.to
+                    && (w.snapshot >= hold.from || pair(w))
+            });
             if farthest < view.far_m() || exchanged {
                 continue;
             }
@@ -122,7 +153,7 @@ fn labels(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
                         named.id,
                         far * 1e3,
                         other.id,
-                        farthest * 1e3
+                        moved(other, hold.from, hold.to).unwrap_or(0.0) * 1e3
                     ),
                     reading: format!("the hand probably held `{}`", other.id),
                     ask: format!(
@@ -147,22 +178,23 @@ fn labels(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
 }
 
 /// Movements that no hand and no fall explains.
-fn jumps(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
+fn jumps(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
     let least = 0.02 + view.same_m();
     let mut all = Vec::new();
-    // Kinds that move again and again while nothing is held: somebody else moves them.
-    let mut loose: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut alone: Vec<(&str, Doubt)> = Vec::new();
-    for demo in &view.demos {
+    let moves = steps(view, least);
+    for (d, demo) in view.demos.iter().enumerate() {
         let len = demo.len();
         for (o, object) in demo.objects.iter().enumerate() {
             let named = |s: usize| {
                 demo.holds.iter().any(|h| h.object == Some(o) && h.from <= s && s <= h.to)
             };
             for s in 1..len {
-                let (Some(before), Some(now)) = (object.seen[s - 1], object.seen[s]) else { continue };
+                let (Some(before), Some(now)) = (object.seen[s - 1], object.seen[s]) else {
+                    continue;
+                };
                 let far = (now.at - before.at).norm();
-                if far < least || swapped.contains(&at(demo, s)) {
+                let swap = |w: &Swap<'_>| w.demo == demo.number && w.snapshot == s;
+                if far < least || swapped.iter().any(swap) {
                     continue;
                 }
                 let next = object.seen.get(s + 1).copied().flatten();
@@ -170,14 +202,21 @@ fn jumps(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
                 // Others that leave together are carried, or seen by a camera.
                 let with = demo.objects.iter().enumerate().any(|(i, other)| {
                     let pair = other.seen[s - 1].zip(other.seen[s]);
-                    i != o && pair.is_some_and(|(a, b)| ((b.at - a.at) - (now.at - before.at)).norm() < 5e-3)
+                    i != o
+                        && pair.is_some_and(|(a, b)| {
+                            ((b.at - a.at) - (now.at - before.at)).norm() < 5e-3
+                        })
                 });
                 let doubt = |seen: String| Doubt {
                     kind: DoubtKind::Jump,
                     place: at(demo, s),
                     seen,
-                    reading: "the tracker probably lost it for a moment, or took another for it".into(),
-                    ask: format!("leave `{}` out of the snapshots in which it is elsewhere", object.id),
+                    reading: "the tracker probably lost it for a moment, or took another for it"
+                        .into(),
+                    ask: format!(
+                        "leave `{}` out of the snapshots in which it is elsewhere",
+                        object.id
+                    ),
                 };
                 if returns && !named(s) && !with && (view.events || far > 0.1) {
                     all.push(doubt(format!(
@@ -195,8 +234,12 @@ fn jumps(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
                     continue;
                 }
                 let held = demo.held(s - 1);
+                let strange = strange(view, (d, o, s), now.at);
+                // A thing that nobody touches, and that does not move but now.
+                let fixed =
+                    moves.get(object.kind) == Some(&1) && (now.at - before.at).z.abs() < 0.01;
                 let outside = outside(demo, o, s, now.at);
-                if held && !named(s - 1) && outside > 0.3 {
+                if held && !named(s - 1) && (outside > 0.3 && strange || fixed && far > 0.1) {
                     all.push(doubt(format!(
                         "`{}`, which the hand does not hold, is {:.0} mm away all at once",
                         object.id,
@@ -209,39 +252,71 @@ fn jumps(view: &View<'_>, swapped: &BTreeSet<String>) -> Vec<Doubt> {
                     if fell {
                         continue;
                     }
-                    *loose.entry(object.kind).or_default() += 1;
                     let text = format!(
                         "`{}` moves by {:.0} mm while the hand holds nothing",
                         object.id,
                         far * 1e3
                     );
-                    if outside > 0.3 {
+                    if strange || fixed {
                         all.push(doubt(text));
-                    } else {
-                        alone.push((object.kind, doubt(text)));
                     }
                 }
             }
         }
     }
-    // One alone, in all demonstrations, is no other hand at work.
-    let total: usize = loose.values().sum();
-    all.extend(alone.into_iter().filter(|_| total == 1).map(|(_, doubt)| doubt));
     all
 }
 
-/// How far a position is from the box around all other objects of the snapshot and the object's own past, in metres.
-fn outside(demo: &Demo<'_>, own: usize, snapshot: usize, at: nalgebra::Vector3<f64>) -> f64 {
-    let others = demo.objects.iter().enumerate().filter(|(i, _)| *i != own);
-    let others = others.filter_map(|(_, o)| o.seen[snapshot]);
-    let past = demo.objects[own].seen[..snapshot].iter().copied().flatten();
-    let all: Vec<_> = others.chain(past).map(|s| s.at).collect();
+/// Returns how many steps of each kind move an object by more than `least`, in metres. Kinds that are touched are left out.
+fn steps<'a>(view: &View<'a>, least: f64) -> BTreeMap<&'a str, usize> {
+    let mut moves: BTreeMap<&str, usize> = BTreeMap::new();
+    for object in view.demos.iter().flat_map(|d| &d.objects) {
+        let far = |p: &[Option<super::view::Seen>]| {
+            p[0].zip(p[1]).is_some_and(|(a, b)| (a.at - b.at).norm() > least)
+        };
+        *moves.entry(object.kind).or_default() += object.seen.windows(2).filter(|p| far(p)).count();
+    }
+    for demo in &view.demos {
+        let touched = demo.holds.iter().filter_map(|h| h.object);
+        for o in touched {
+            moves.remove(demo.objects[o].kind);
+        }
+    }
+    moves
+}
+
+/// Returns whether a position is far outside of the box around all others of objects of the kind, but those from the snapshot
+/// on. Other hands leave things where things of the kind lie.
+fn strange(view: &View<'_>, (d, own, snapshot): (usize, usize, usize), at: Vector3<f64>) -> bool {
+    let kind = view.demos[d].objects[own].kind;
+    let mut all: Vec<Vector3<f64>> = Vec::new();
+    for (i, demo) in view.demos.iter().enumerate() {
+        for (o, object) in demo.objects.iter().enumerate().filter(|(_, o)| o.kind == kind) {
+            let until = if (i, o) == (d, own) { snapshot } else { demo.len() };
+            all.extend(object.seen[..until].iter().flatten().map(|s| s.at));
+        }
+    }
+    let wide = (0..3).map(|i| spread(all.iter().map(|p| p[i]))).fold(0.0, f64::max);
+    all.len() >= 20 && beyond(&all, at) > 0.05 + 0.5 * wide
+}
+
+/// How far a position is from the box around others, in metres.
+fn beyond(all: &[Vector3<f64>], at: Vector3<f64>) -> f64 {
     let beyond = |i: usize| {
         let low = all.iter().map(|p| p[i]).fold(f64::MAX, f64::min);
         let high = all.iter().map(|p| p[i]).fold(f64::MIN, f64::max);
         (low - at[i]).max(at[i] - high).max(0.0)
     };
     (0..3).map(beyond).fold(0.0, f64::max)
+}
+
+/// How far a position is from the box around all other objects of the snapshot and the object's own past, in metres.
+fn outside(demo: &Demo<'_>, own: usize, snapshot: usize, at: Vector3<f64>) -> f64 {
+    let others = demo.objects.iter().enumerate().filter(|(i, _)| *i != own);
+    let others = others.filter_map(|(_, o)| o.seen[snapshot]);
+    let past = demo.objects[own].seen[..snapshot].iter().copied().flatten();
+    let all: Vec<Vector3<f64>> = others.chain(past).map(|s| s.at).collect();
+    beyond(&all, at)
 }
 
 /// Snapshots that are recorded twice.
@@ -267,8 +342,8 @@ fn repeats(view: &View<'_>) -> Vec<Doubt> {
     all
 }
 
-/// Kinds that are touched and never move, demonstrations in which nothing does, and poses that stay to the bit.
-fn still(view: &View<'_>) -> Vec<Doubt> {
+/// Kinds that are touched and never move if the labels are right, demonstrations in which nothing does, and poses that stay to the bit.
+fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
     let mut all = Vec::new();
     let nothing = |place: String, seen: String| Doubt {
         kind: DoubtKind::NothingMoves,
@@ -296,13 +371,16 @@ fn still(view: &View<'_>) -> Vec<Doubt> {
         return vec![nothing(String::new(), seen)];
     }
     for demo in view.demos.iter().filter(long) {
-        if !demo.objects.iter().any(moves) {
+        let whole = demo.objects.iter().all(|o| o.seen.iter().all(Option::is_some));
+        if whole && !demo.objects.iter().any(moves) {
             let place = format!("demonstration {}", demo.number);
             all.push(nothing(place, "no object moves, in the others some do".into()));
             continue;
         }
         // From some snapshot on, all poses are the same, whatever the hand does.
-        let last = (1..demo.len()).rev().find(|s| demo.objects.iter().any(|o| o.seen[*s] != o.seen[*s - 1]));
+        let last = (1..demo.len())
+            .rev()
+            .find(|s| demo.objects.iter().any(|o| o.seen[*s] != o.seen[*s - 1]));
         let from = last.unwrap_or(0);
         let after = demo.holds.iter().filter(|h| h.from >= from && h.to > h.from).count();
         if after >= 2 {
@@ -324,8 +402,12 @@ fn still(view: &View<'_>) -> Vec<Doubt> {
                     all.push(Doubt {
                         kind: DoubtKind::Frozen,
                         place: format!("demonstration {}, `{}`", demo.number, object.id),
-                        seen: format!("its pose is the same to the bit in {} snapshots", seen.len()),
-                        reading: "the tracker has probably lost it and repeats the last pose".into(),
+                        seen: format!(
+                            "its pose is the same to the bit in {} snapshots",
+                            seen.len()
+                        ),
+                        reading: "the tracker has probably lost it and repeats the last pose"
+                            .into(),
                         ask: format!("leave `{}` out of these snapshots", object.id),
                     });
                 }
@@ -340,8 +422,8 @@ fn still(view: &View<'_>) -> Vec<Doubt> {
             }
         }
     }
-    // With a wrong label, this is said already.
-    for (kind, count) in touched.into_iter().filter(|(kind, count)| *count >= 3 && !moving.contains(kind)) {
+    touched.retain(|kind, count| labelled && *count >= 3 && !moving.contains(kind));
+    for (kind, count) in touched {
         let place = format!("objects of kind `{kind}`");
         all.push(nothing(place, format!("they are touched {count} times and never move")));
     }
@@ -361,7 +443,12 @@ fn inside(view: &View<'_>) -> Vec<Doubt> {
                     all.push(Doubt {
                         kind: DoubtKind::SamePlace,
                         place: at(demo, 0),
-                        seen: format!("`{}` and `{}` are {:.1} mm apart", other.id, one.id, far * 1e3),
+                        seen: format!(
+                            "`{}` and `{}` are {:.1} mm apart",
+                            other.id,
+                            one.id,
+                            far * 1e3
+                        ),
                         reading: "they are probably one object under two ids".into(),
                         ask: format!("leave `{}` out", one.id),
                     });

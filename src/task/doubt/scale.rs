@@ -4,19 +4,19 @@ use super::view::{Demo, View, middle};
 use super::{Doubt, DoubtKind, PoseTrack};
 
 /// Largest extent of a scene, in metres. A hand reaches about 2 m to each side, and rails or a second arm add a little.
-const WIDEST_M: f64 = 6.0;
+const WIDEST_M: f64 = 5.0;
 /// Smallest extent of a scene in which anything is carried, in metres. Hands do not place things within less.
 const NARROWEST_M: f64 = 0.012;
 /// The usual extent of a table scene, in metres. Of several readings, the nearest to it comes first.
 const USUAL_M: f64 = 0.6;
 /// Ratio of the extents of demonstrations of one task that is no accident.
-const OTHER_SCALE: f64 = 8.0;
+const OTHER_SCALE: f64 = 9.0;
 
 /// Units of length, with their number in a metre.
 const UNITS: [(&str, f64); 4] = [("mm", 1e3), ("cm", 1e2), ("inch", 39.37), ("um", 1e6)];
 
-/// The greatest side of the box around all objects, of the median snapshot; `None` where fewer than two are seen.
-fn extent(demo: &Demo<'_>, without: Option<&str>) -> Option<f64> {
+/// The greatest side of the box around all objects, in each snapshot in which two are seen, in order of size.
+fn extents(demo: &Demo<'_>, without: Option<&str>) -> Vec<f64> {
     let mut all: Vec<f64> = (0..demo.len())
         .filter_map(|s| {
             let own = demo.objects.iter().filter(|o| Some(o.kind) != without);
@@ -28,7 +28,14 @@ fn extent(demo: &Demo<'_>, without: Option<&str>) -> Option<f64> {
             (seen.len() > 1).then(|| side(0).max(side(1)).max(side(2)))
         })
         .collect();
-    (!all.is_empty()).then(|| middle(&mut all))
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+/// The extent of the median snapshot; `None` where fewer than two objects are seen.
+fn extent(demo: &Demo<'_>, without: Option<&str>) -> Option<f64> {
+    let all = extents(demo, without);
+    all.get(all.len() / 2).copied()
 }
 
 /// The extent of the whole: the median of the demonstrations', or, with lone objects, how far these move.
@@ -83,9 +90,9 @@ fn unit(place: String, metres: f64, what: &str) -> Doubt {
         (Some((name, per_m, _)), false) => format!(
             "import the log with `length` set to `{name}`, or divide the positions by {per_m}"
         ),
-        (Some((_, per_m, _)), true) => format!(
-            "import the log with `length` set to `m`, or multiply the positions by {per_m}"
-        ),
+        (Some((_, per_m, _)), true) => {
+            format!("import the log with `length` set to `m`, or multiply the positions by {per_m}")
+        }
         _ => "give the unit to `symbolt import` as `length`".into(),
     };
     Doubt {
@@ -105,26 +112,32 @@ pub(super) fn units(view: &View<'_>) -> Vec<Doubt> {
         let kinds: std::collections::BTreeSet<&str> =
             view.demos.iter().flat_map(|d| &d.objects).map(|o| o.kind).collect();
         // One kind in another unit makes the whole too wide.
-        let odd = (kinds.len() > 2 && metres > WIDEST_M).then(|| {
-            kinds.iter().find(|kind| whole(view, Some(kind)).is_some_and(fits))
-        });
+        let odd = (kinds.len() > 2 && metres > WIDEST_M)
+            .then(|| kinds.iter().find(|kind| whole(view, Some(kind)).is_some_and(fits)));
         if let Some(kind) = odd.flatten() {
             let place = format!("objects of kind `{kind}`");
             return vec![unit(place, metres, "with them, the scene is")];
         }
     }
     // Some demonstrations in another unit than the rest.
-    let extents: Vec<Option<f64>> = view.demos.iter().map(|d| extent(d, None)).collect();
-    let known: Vec<f64> = extents.iter().copied().flatten().filter(|e| *e > 0.0).collect();
+    let medians: Vec<Option<f64>> = view.demos.iter().map(|d| extent(d, None)).collect();
+    let known: Vec<f64> = medians.iter().copied().flatten().filter(|e| *e > 0.0).collect();
     let sound = known.iter().copied().filter(|e| fits(*e)).count();
     let usual = middle(&mut if sound > 0 {
         known.iter().copied().filter(|e| fits(*e)).collect::<Vec<_>>()
     } else {
         known.clone()
     });
-    let odd: Vec<(usize, f64)> = (extents.iter().enumerate())
+    let odd: Vec<(usize, f64)> = (medians.iter().enumerate())
         .filter_map(|(d, e)| Some((d, (*e)?)))
-        .filter(|(_, e)| *e > 0.0 && (*e / usual > OTHER_SCALE || usual / *e > OTHER_SCALE))
+        // In every snapshot: an object alone may be missing, or far.
+        .filter(|(d, _)| {
+            let all = extents(&view.demos[*d], None);
+            let ends = all.first().zip(all.last());
+            ends.is_some_and(|(low, high)| {
+                *high > 0.0 && (low / usual > OTHER_SCALE || usual / high > OTHER_SCALE)
+            })
+        })
         .collect();
     if !odd.is_empty() && odd.len() < known.len() && known.len() > 1 {
         return odd
@@ -152,8 +165,8 @@ pub(super) fn units(view: &View<'_>) -> Vec<Doubt> {
     Vec::new()
 }
 
-/// Least speed of a hand that carries, and greatest, in metres a second. Arms and people stay well within.
-const FASTEST_M_S: f64 = 12.0;
+/// Greatest usual speed of a hand that picks, carries and places, in metres a second. Arms and people are slower.
+const FASTEST_M_S: f64 = 3.0;
 /// Longest usual time from one snapshot to the next, in seconds.
 const LONGEST_STEP_S: f64 = 300.0;
 /// A usual time from one snapshot to the next, in seconds.
@@ -176,8 +189,8 @@ fn clock(place: String, step: f64, usual: f64, what: &str) -> Doubt {
     }
 }
 
-/// Doubts about the times of snapshots.
-pub(super) fn times(view: &View<'_>) -> Vec<Doubt> {
+/// Doubts about the times of snapshots. Speeds count only if lengths are `metric`.
+pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
     let mut all = Vec::new();
     let step = |demo: &Demo<'_>| {
         let pairs = demo.times_s.windows(2).filter_map(|p| Some(p[1]? - p[0]?));
@@ -191,7 +204,9 @@ pub(super) fn times(view: &View<'_>) -> Vec<Doubt> {
         all.push(clock(String::new(), usual, USUAL_STEP_S, "snapshots"));
     } else if known.len() > 1 {
         for (demo, step) in view.demos.iter().zip(&steps) {
-            let Some(step) = step.filter(|s| *s > LONGEST_STEP_S && *s > 100.0 * usual) else { continue };
+            let Some(step) = step.filter(|s| *s > LONGEST_STEP_S && *s > 100.0 * usual) else {
+                continue;
+            };
             let place = format!("demonstration {}", demo.number);
             all.push(clock(place, step, usual, "its snapshots"));
         }
@@ -208,7 +223,9 @@ pub(super) fn times(view: &View<'_>) -> Vec<Doubt> {
             speeds.extend(moved());
         }
         for s in 1..demo.len() {
-            let (Some(before), Some(now)) = (demo.times_s[s - 1], demo.times_s[s]) else { continue };
+            let (Some(before), Some(now)) = (demo.times_s[s - 1], demo.times_s[s]) else {
+                continue;
+            };
             if now > before {
                 continue;
             }
@@ -222,7 +239,7 @@ pub(super) fn times(view: &View<'_>) -> Vec<Doubt> {
         }
     }
     let speed = middle(&mut speeds);
-    if speed > FASTEST_M_S {
+    if metric && speed > FASTEST_M_S {
         all.push(Doubt {
             kind: DoubtKind::TimeUnit,
             place: String::new(),
@@ -253,7 +270,8 @@ pub(super) fn of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
                 } else {
                     "they are probably Euler angles in radians, not quaternions".into()
                 },
-                ask: "name the columns as a rotation with `angle` `deg` or `rad` in the mapping".into(),
+                ask: "name the columns as a rotation with `angle` `deg` or `rad` in the mapping"
+                    .into(),
             });
         } else if !norms.is_empty() && (norm - 1.0).abs() > 1e-2 {
             all.push(Doubt {
@@ -284,7 +302,8 @@ pub(super) fn of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
                 ask: "leave repeated rows out of the log".into(),
             });
         }
-        let mut steps: Vec<f64> = times.windows(2).map(|t| t[1] - t[0]).filter(|s| *s > 0.0).collect();
+        let mut steps: Vec<f64> =
+            times.windows(2).map(|t| t[1] - t[0]).filter(|s| *s > 0.0).collect();
         let step = middle(&mut steps);
         // A stream of more than a hundred poses, one every few seconds, is not a stream of one demonstration.
         if steps.len() > 100 && step > 4.0 {

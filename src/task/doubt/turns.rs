@@ -1,6 +1,6 @@
 //! Doubts about orientations: the order of quaternions, the unit of angles, and handedness.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -9,53 +9,53 @@ use super::view::{Seen, View, middle, spread};
 use super::{Doubt, DoubtKind};
 
 /// What was read as x, y, z, w, read as w, x, y, z.
-fn reordered(q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+fn wxyz(q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::new(q.i, q.j, q.k, q.w))
 }
 
-/// The height of a rest in centimetres, so that rests at one height share it.
-fn height(view: &View<'_>, at: f64) -> i64 {
-    (at / (0.01 + 6.0 * view.noise_m)).round() as i64
-}
-
-/// How upright resting bodies are, as a share of them, under two readings.
+/// How upright resting bodies are, as shares of them, as read and reordered.
 struct Upright {
-    /// z axes of bodies along the vertical: as read, and reordered.
+    /// Bodies whose z axis points up.
     stand: (f64, f64),
-    /// Verticals that agree within each kind and height: as read, and reordered.
-    agree: (f64, f64),
+    /// Bodies with some axis along the vertical, or with a level z axis, as those that stand or lie on a face or a side.
+    aligned: (f64, f64),
     count: usize,
     kinds: usize,
+    /// Whether the objects do not lie on planes that are tilted.
+    level: bool,
 }
 
 fn upright(view: &View<'_>, only: Option<usize>) -> Upright {
     let axis = level(view).unwrap_or(2);
-    let up: Vector3<f64> = Vector3::ith(axis, 1.0);
     let near = (0.09 + 3.0 * view.noise_rad).min(0.5).cos();
-    let mut groups: BTreeMap<(&str, i64), Vec<Seen>> = BTreeMap::new();
-    for (_, object, seen) in view.starts().filter(|(d, ..)| only.is_none_or(|o| o == *d)) {
-        groups.entry((object.kind, height(view, seen.at[axis]))).or_default().push(seen);
-    }
-    let all: Vec<&Seen> = groups.values().flatten().collect();
-    let stands = |turn: UnitQuaternion<f64>| (turn * Vector3::z())[axis] > near;
-    let share = |of: usize, all: usize| of as f64 / all.max(1) as f64;
-    let stand = (
-        share(all.iter().filter(|s| stands(s.turn)).count(), all.len()),
-        share(all.iter().filter(|s| stands(reordered(&s.turn))).count(), all.len()),
-    );
-    let agreeing = |read: &dyn Fn(&Seen) -> UnitQuaternion<f64>| {
-        let (mut agree, mut of) = (0, 0);
-        for group in groups.values().filter(|g| g.len() >= 3) {
-            let down: Vec<Vector3<f64>> = group.iter().map(|s| read(s).inverse() * up).collect();
-            let with = |a: &Vector3<f64>| down.iter().filter(|b| a.dot(b) > near).count();
-            agree += down.iter().map(with).max().unwrap_or(0);
-            of += group.len();
+    let level = (1.0 - near * near).sqrt();
+    let demos = view.demos.iter().enumerate().filter(|(d, _)| only.is_none_or(|o| o == *d));
+    let (mut turns, mut kinds) = (Vec::new(), BTreeSet::new());
+    for object in demos.flat_map(|(_, demo)| &demo.objects) {
+        let Some((first, last)) = object.first().zip(object.last()) else { continue };
+        kinds.insert(object.kind);
+        turns.push(first.turn);
+        if first.turn.angle_to(&last.turn) > 0.1 {
+            turns.push(last.turn);
         }
-        if of < 6 { 1.0 } else { share(agree, of) }
+    }
+    let share = |is: &dyn Fn(&UnitQuaternion<f64>) -> bool| {
+        turns.iter().filter(|turn| is(turn)).count() as f64 / turns.len().max(1) as f64
     };
-    let agree = (agreeing(&|s| s.turn), agreeing(&|s| reordered(&s.turn)));
-    let kinds: std::collections::BTreeSet<&str> = groups.keys().map(|(kind, _)| *kind).collect();
-    Upright { stand, agree, count: all.len(), kinds: kinds.len() }
+    // The vertical in the frame of the body.
+    let down = |turn: &UnitQuaternion<f64>| turn.inverse() * Vector3::<f64>::ith(axis, 1.0);
+    let stands = |turn: &UnitQuaternion<f64>| down(turn).z > near;
+    let aligned = |turn: &UnitQuaternion<f64>| {
+        let down = down(turn);
+        down.z.abs() < level || down.iter().any(|v| v.abs() > near)
+    };
+    Upright {
+        stand: (share(&stands), share(&|turn| stands(&wxyz(turn)))),
+        aligned: (share(&aligned), share(&|turn| aligned(&wxyz(turn)))),
+        count: turns.len(),
+        kinds: kinds.len(),
+        level: super::frame::plane(view).is_none_or(|n| n.iter().any(|v| v.abs() > 0.998)),
+    }
 }
 
 impl Upright {
@@ -63,9 +63,15 @@ impl Upright {
     fn is_other(&self) -> bool {
         let (read, other) = self.stand;
         let stands = self.count >= 3 && self.kinds >= 2 && read <= 0.2 && other >= 0.7;
-        let (read, other) = self.agree;
-        stands || read <= 0.6 && other >= 0.9
+        let (read, other) = self.aligned;
+        stands
+            || self.level && self.count >= 5 && read <= 0.4 && other >= 0.6 && other - read >= 0.4
     }
+}
+
+/// Returns whether bodies stand upright only if quaternions are read as w, x, y, z.
+pub(super) fn reordered(view: &View<'_>) -> bool {
+    upright(view, None).is_other()
 }
 
 /// Doubts about the order of quaternions and the unit of angles.
@@ -74,7 +80,7 @@ pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
     let doubt = |place: String, found: &Upright| {
         let percent = |share: f64| 100.0 * share;
         let (read, other) =
-            if found.stand.1 - found.stand.0 >= 0.5 { found.stand } else { found.agree };
+            if found.stand.1 - found.stand.0 >= 0.5 { found.stand } else { found.aligned };
         Doubt {
             kind: DoubtKind::QuaternionOrder,
             place,
@@ -95,8 +101,7 @@ pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
     let mut all = Vec::new();
     for (d, demo) in view.demos.iter().enumerate().filter(|_| view.demos.len() > 1) {
         let own = upright(view, Some(d));
-        let (read, other) = own.stand;
-        if own.is_other() && other - read >= 0.5 && whole.stand.0 > 0.4 {
+        if own.is_other() {
             all.push(doubt(format!("demonstration {}", demo.number), &own));
         }
     }
@@ -128,7 +133,8 @@ pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
 pub(super) fn handed(view: &View<'_>) -> Vec<Doubt> {
     let axis = level(view).unwrap_or(2);
     // Ends of carried objects, each with the nearest object of every other kind.
-    let mut pairs: BTreeMap<(&str, &str), Vec<(Vector3<f64>, UnitQuaternion<f64>)>> = BTreeMap::new();
+    let mut pairs: BTreeMap<(&str, &str), Vec<(Vector3<f64>, UnitQuaternion<f64>)>> =
+        BTreeMap::new();
     for demo in &view.demos {
         for object in &demo.objects {
             let (Some(first), Some(last)) = (object.first(), object.last()) else { continue };
@@ -176,10 +182,10 @@ pub(super) fn handed(view: &View<'_>) -> Vec<Doubt> {
     }
     // Some relation holds as read: the handedness is right.
     let tight = |m: f64| m < 5e-3 + 6.0 * view.noise_m;
-    if found.iter().any(|(read, mirrored, ..)| tight(*read) && *read <= *mirrored) {
+    if found.iter().any(|(read, mirrored, ..)| tight(*read) && !tight(*mirrored)) {
         return Vec::new();
     }
-    let clear = |f: &&(f64, f64, &str, &str)| tight(f.1) && f.0 > 0.01 && f.1 < 0.25 * f.0;
+    let clear = |f: &&(f64, f64, &str, &str)| tight(f.1) && f.0 > 4e-3 && f.1 < 0.2 * f.0;
     let best = found.iter().filter(clear).max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
     best.map(|(read, mirrored, object, reference)| Doubt {
         kind: DoubtKind::LeftHanded,

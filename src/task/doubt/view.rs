@@ -40,6 +40,8 @@ pub(super) struct Hold {
     pub object: Option<usize>,
     /// Snapshot of the contact.
     pub from: usize,
+    /// Snapshot of the release.
+    pub released: usize,
     /// Snapshot after the release, when the object had come to rest.
     pub to: usize,
 }
@@ -49,12 +51,17 @@ pub(super) struct View<'a> {
     pub demos: Vec<Demo<'a>>,
     /// Whether the recording has events.
     pub events: bool,
+    /// Whether it is made of tracks.
+    pub tracks: bool,
     /// Standard deviation of the coordinates of objects that rest, in metres.
     pub noise_m: f64,
     /// Standard deviation of the angle of objects that rest, in radians.
     pub noise_rad: f64,
 }
 
+/// Greatest noise of a pose that is of use, in metres and radians.
+const NOISIEST_M: f64 = 5e-3;
+const NOISIEST_RAD: f64 = 0.1;
 /// Moments of a session that are looked at, where a log has many.
 const MOMENTS: usize = 64;
 
@@ -110,7 +117,7 @@ impl<'a> Demo<'a> {
             match (snapshot.event, open) {
                 (Some(SnapshotEvent::Contact), _) => open = Some((named(s), s)),
                 (Some(SnapshotEvent::Release), Some((object, from))) => {
-                    holds.push(Hold { object, from, to: (s + 1).min(count - 1) });
+                    holds.push(Hold { object, from, released: s, to: (s + 1).min(count - 1) });
                     open = None;
                 }
                 _ => {}
@@ -131,7 +138,7 @@ impl<'a> Demo<'a> {
 
     /// Returns whether the hand holds something between a snapshot and the next.
     pub fn held(&self, snapshot: usize) -> bool {
-        self.holds.iter().any(|h| h.from <= snapshot && snapshot < h.to)
+        self.holds.iter().any(|h| h.from <= snapshot && snapshot < h.released)
     }
 }
 
@@ -140,7 +147,7 @@ impl<'a> View<'a> {
         let demos: Vec<Demo<'a>> =
             recording.demos.iter().filter(|d| !d.snapshots.is_empty()).map(Demo::new).collect();
         let events = demos.iter().any(|d| d.events.iter().any(Option::is_some));
-        Self::with_noise(demos, events)
+        Self::with_noise(demos, events, false)
     }
 
     /// A view of tracks, without their orientations if `upright` is set.
@@ -148,7 +155,8 @@ impl<'a> View<'a> {
         let mut sessions: BTreeMap<u64, Vec<&PoseTrack<'a>>> = BTreeMap::new();
         tracks.iter().for_each(|track| sessions.entry(track.session).or_default().push(track));
         let demos = sessions.into_iter().filter_map(|(number, tracks)| {
-            let ends = |track: &&PoseTrack<'a>| Some((*track.times_s.first()?, *track.times_s.last()?));
+            let ends =
+                |track: &&PoseTrack<'a>| Some((*track.times_s.first()?, *track.times_s.last()?));
             let (starts, stops): (Vec<f64>, Vec<f64>) = tracks.iter().filter_map(ends).unzip();
             let from = starts.into_iter().filter(|t| t.is_finite()).reduce(f64::min)?;
             let to = stops.into_iter().filter(|t| t.is_finite()).reduce(f64::max)?;
@@ -159,7 +167,8 @@ impl<'a> View<'a> {
                     let next = track.times_s[..count].partition_point(|t| *t < at(i));
                     let near = next.min(count.checked_sub(1)?);
                     // Farther from the moment than two moments, the object is missing.
-                    let far = (track.times_s[near] - at(i)).abs() > 2.0 * (to - from) / MOMENTS as f64;
+                    let far =
+                        (track.times_s[near] - at(i)).abs() > 2.0 * (to - from) / MOMENTS as f64;
                     let [x, y, z, w] = match track.orientations.get(near) {
                         Some(q) if !upright => *q,
                         _ => [0.0, 0.0, 0.0, 1.0],
@@ -179,10 +188,10 @@ impl<'a> View<'a> {
                 holds: Vec::new(),
             })
         });
-        Self::with_noise(demos.collect(), false)
+        Self::with_noise(demos.collect(), false, true)
     }
 
-    fn with_noise(demos: Vec<Demo<'a>>, events: bool) -> Self {
+    fn with_noise(demos: Vec<Demo<'a>>, events: bool, tracks: bool) -> Self {
         let (mut steps, mut turns) = (Vec::new(), Vec::new());
         for object in demos.iter().flat_map(|d| &d.objects) {
             for pair in object.seen.windows(2) {
@@ -193,8 +202,10 @@ impl<'a> View<'a> {
             }
         }
         // Most objects rest, so the median difference of two poses is noise. It is about 2.2 standard deviations.
-        let (noise_m, noise_rad) = (middle(&mut steps) / 2.2, middle(&mut turns) / 2.2);
-        Self { demos, events, noise_m, noise_rad }
+        // More than the limits is no noise of a pose: everything moves.
+        let noise_m = (middle(&mut steps) / 2.2).min(NOISIEST_M);
+        let noise_rad = (middle(&mut turns) / 2.2).min(NOISIEST_RAD);
+        Self { demos, events, tracks, noise_m, noise_rad }
     }
 
     /// Distance within which two poses are the same, in metres.

@@ -85,6 +85,11 @@ impl Recording {
         self.demos.iter().map(|d| d.snapshots.len()).sum()
     }
 
+    /// Returns a recording with a scene as its only snapshot.
+    pub fn of_scene(scene: Snapshot) -> Self {
+        Self { demos: vec![Demonstration { number: 0, snapshots: vec![scene] }] }
+    }
+
     /// Returns a recording of only the demonstrations for which `keep` returns true.
     pub fn filter(&self, keep: impl Fn(&Demonstration) -> bool) -> Self {
         Self { demos: self.demos.iter().filter(|d| keep(d)).cloned().collect() }

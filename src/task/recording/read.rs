@@ -312,9 +312,15 @@ fn check_pose(
     }
     let norm = orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
     if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
+        let greatest = orientation.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        let angles = match greatest {
+            g if g > std::f64::consts::TAU => ": the numbers are probably angles in degrees",
+            g if g > 1.5 => ": the numbers are probably angles",
+            _ => "",
+        };
         return Err(place.fault(
             field("orientation"),
-            format!("its norm is {norm}"),
+            format!("its norm is {norm}{angles}"),
             format!("a unit quaternion [x, y, z, w] (norm 1 within {NORM_TOLERANCE})"),
         ));
     }
