@@ -14,6 +14,7 @@ mod tally;
 
 mod alternatives;
 mod attempts;
+mod attributes;
 mod catalogue;
 mod doubt;
 mod events;

@@ -15,7 +15,7 @@ use symbolt::task::domain::KindClusters;
 use symbolt::task::doubt::Doubt;
 use symbolt::task::learn::{
     AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
-    learn_observed,
+    learn_attributed,
 };
 
 use super::check::doubted;
@@ -67,15 +67,16 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     progress.say(format!("reading {}", args.recording.display()));
-    let recording = Recording::read(&args.recording)?;
+    let (mut recording, attributes) = Recording::read_attributed(&args.recording)?;
     let settings = Settings { method, p: args.p, threshold_m, seed: args.common.seed };
-    let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
+    let doubts = doubted(&recording);
+    let line = &mut ProgressLine::new(&progress);
+    let learned = learn_attributed(&mut recording, &attributes, &settings, line)?;
     let empty = learned.domain.operators.is_empty();
     drop(progress);
     if !matches!(out, Place::Default) && !empty {
         out.write(&learned.domain.to_json()?)?;
     }
-    let doubts = doubted(&recording);
     for warning in warnings(&learned, method) {
         warn(&warning);
     }

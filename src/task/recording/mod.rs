@@ -1,5 +1,6 @@
 //! Recordings of demonstrations: the poses of all objects at moments chosen by the recorder.
 
+mod attributes;
 mod read;
 mod sensing;
 mod write;
@@ -10,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
 
+pub use attributes::{Attribute, Attributes, ObjectAttributes};
 pub use sensing::Sensing;
 
 /// Maximum length of a name, in characters.

@@ -76,6 +76,7 @@ pub(super) fn learn(
         noise_m: motion.noise.position_m,
         noise_rad: motion.noise.angle_rad,
         provenance: settings.provenance(recording),
+        sub_kinds: Vec::new(),
     };
     domain.check()?;
     let (outliers, unsure_frames) = (motion.outliers, Vec::new());
