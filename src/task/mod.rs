@@ -20,7 +20,6 @@
 //! | submodule | contents |
 //! |---|---|
 //! | [`recording`] | recordings of demonstrations, scenes, errors of sensing |
-//! | [`doubt`] | what is implausible in a recording, and which reading would make sense |
 //! | [`propositional`] | states and actions by name, which planners run on; the symbolic reference planner |
 //! | [`domain`] | learned domains: states in frames, operators with parameters, goals; their files |
 //! | [`classify`] | finds the state of each object in a scene |
@@ -40,7 +39,6 @@
 pub mod classify;
 pub mod compile;
 pub mod domain;
-pub mod doubt;
 mod error;
 pub mod event;
 #[cfg(feature = "physics")]

@@ -24,6 +24,9 @@ fn word(text: &str) -> Attribute {
     Attribute::Word(text.into())
 }
 
+/// Attributes of a part by its number and the box it goes to.
+type OfPart = fn(u64, usize) -> Vec<(&'static str, Attribute)>;
+
 /// What a world has.
 struct Sorting {
     demos: usize,
@@ -31,7 +34,7 @@ struct Sorting {
     /// Kinds of the two boxes.
     boxes: [&'static str; 2],
     /// Attributes of a part: its number in all demonstrations, and the box it goes to.
-    part: fn(u64, usize) -> Vec<(&'static str, Attribute)>,
+    part: OfPart,
     /// Attributes of a box.
     of_box: fn(usize) -> Vec<(&'static str, Attribute)>,
 }
@@ -185,8 +188,7 @@ fn an_attribute_that_does_not_decide_divides_nothing() {
         let each = |seed: u64, _: usize| vec![("serial", word(&format!("s{seed}")))];
         let number = |seed: u64, _: usize| vec![("weight", Attribute::Number(share(seed, 0, 3)))];
         let same = |_: u64, _: usize| vec![("colour", word("red"))];
-        let parts: [fn(u64, usize) -> Vec<(&'static str, Attribute)>; 4] =
-            [either, each, number, same];
+        let parts: [OfPart; 4] = [either, each, number, same];
         for part in parts {
             for boxes in [["tray", "crate"], ["bin", "bin"]] {
                 let (recording, attributes) = sort(&Sorting { part, seed, boxes, ..COLOURS });

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use symbolt::doubt::{DoubtKind, PoseTrack, doubts, doubts_of_tracks};
 use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::study::worlds;
-use symbolt::task::doubt::{DoubtKind, PoseTrack, doubts, doubts_of_tracks};
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
 use symbolt::task::{Demonstration, ObjectPose, Recording, Sensing, SnapshotEvent};
 
@@ -301,7 +301,7 @@ fn escape_codes_in_ids_do_not_reach_the_terminal() {
 fn track(scale: f64, per_s: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
     let carried = |i: usize| ((i as f64 - 150.0) / 100.0).clamp(0.0, 1.0);
     let times = (0..400).map(|i| per_s * i as f64 / 30.0);
-    let at = |i: usize| [0.1 + 0.4 * carried(i), 0.2, 0.02 + 0.1 * (3.14 * carried(i)).sin()];
+    let at = |i: usize| [0.1 + 0.4 * carried(i), 0.2, 0.02 + 0.1 * (3.0 * carried(i)).sin()];
     (times.collect(), (0..400).map(|i| at(i).map(|v| scale * v)).collect())
 }
 

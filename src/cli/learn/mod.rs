@@ -9,10 +9,10 @@ use std::path::PathBuf;
 use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
+use symbolt::doubt::Doubt;
 use symbolt::study::asking::{Question, ask};
 use symbolt::task::Recording;
 use symbolt::task::domain::KindClusters;
-use symbolt::task::doubt::Doubt;
 use symbolt::task::learn::{
     AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
     learn_attributed,

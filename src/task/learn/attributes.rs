@@ -81,12 +81,12 @@ pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
 fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {
     let mut all = Vec::new();
     for (demo, demonstration) in recording.demos.iter().enumerate() {
-        let mut ends: BTreeMap<&str, (&Arc<str>, Vector3<f64>, Vector3<f64>)> = BTreeMap::new();
+        let mut ends: BTreeMap<&str, (&Arc<str>, [Vector3<f64>; 2])> = BTreeMap::new();
         for object in demonstration.snapshots.iter().flat_map(|s| &s.objects) {
             let at = Vector3::from(object.pose.position);
-            ends.entry(&object.id).or_insert((&object.kind, at, at)).2 = at;
+            ends.entry(&object.id).or_insert((&object.kind, [at; 2])).1[1] = at;
         }
-        all.extend(ends.into_iter().map(|(id, (kind, start, end))| {
+        all.extend(ends.into_iter().map(|(id, (kind, [start, end]))| {
             let (attributes, moved) = (attributes.get(demo, id), (end - start).norm() > MOVED_M);
             Case { demo, id, kind, attributes, moved, end }
         }));

@@ -8,6 +8,7 @@
 
 mod compare;
 mod frame;
+mod kind;
 mod moves;
 mod scale;
 mod turns;
@@ -15,96 +16,11 @@ mod view;
 
 use std::fmt;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::task::recording::Recording;
+pub use kind::DoubtKind;
 use view::View;
-
-/// What is doubtful.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
-pub enum DoubtKind {
-    /// Lengths have another unit than metres: everywhere, for one kind of object, or in one demonstration.
-    LengthUnit,
-    /// Times have another unit than seconds.
-    TimeUnit,
-    /// Quaternions have another order than x, y, z, w.
-    QuaternionOrder,
-    /// Orientations are not of norm 1.
-    QuaternionNorm,
-    /// Angles are degrees in place of quaternions, or have another unit.
-    AngleUnit,
-    /// Another axis than z points up.
-    UpAxis,
-    /// The axis that points up has the wrong sign.
-    UpsideDown,
-    /// The frame is not upright, as that of a tilted camera.
-    TiltedFrame,
-    /// All objects move together, as seen by a moving camera.
-    MovingCamera,
-    /// Positions and orientations have different handedness.
-    LeftHanded,
-    /// A demonstration is the mirror image of the others.
-    Mirrored,
-    /// All objects of a demonstration are elsewhere by the same distance, or in another frame.
-    Shifted,
-    /// The named object did not move while another did.
-    WrongObject,
-    /// Two objects have each other's id.
-    SwappedIds,
-    /// An object is elsewhere all at once, and nothing carried it.
-    Jump,
-    /// A time occurs twice, or a snapshot is repeated.
-    DuplicateTime,
-    /// No object moves, or a kind of object that is touched never does.
-    NothingMoves,
-    /// A pose stays the same to the bit, although poses are noisy.
-    Frozen,
-    /// Two objects are in the same place.
-    SamePlace,
-    /// An object is below everything else.
-    BelowTable,
-    /// A demonstration begins where the others end.
-    Disagreement,
-    /// There is one demonstration alone.
-    FewDemonstrations,
-}
-
-impl DoubtKind {
-    /// Returns the name, in snake case.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LengthUnit => "length_unit",
-            Self::TimeUnit => "time_unit",
-            Self::QuaternionOrder => "quaternion_order",
-            Self::QuaternionNorm => "quaternion_norm",
-            Self::AngleUnit => "angle_unit",
-            Self::UpAxis => "up_axis",
-            Self::UpsideDown => "upside_down",
-            Self::TiltedFrame => "tilted_frame",
-            Self::MovingCamera => "moving_camera",
-            Self::LeftHanded => "left_handed",
-            Self::Mirrored => "mirrored",
-            Self::Shifted => "shifted",
-            Self::WrongObject => "wrong_object",
-            Self::SwappedIds => "swapped_ids",
-            Self::Jump => "jump",
-            Self::DuplicateTime => "duplicate_time",
-            Self::NothingMoves => "nothing_moves",
-            Self::Frozen => "frozen",
-            Self::SamePlace => "same_place",
-            Self::BelowTable => "below_table",
-            Self::Disagreement => "disagreement",
-            Self::FewDemonstrations => "few_demonstrations",
-        }
-    }
-}
-
-impl Serialize for DoubtKind {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
 
 /// Something doubtful in a recording. It displays as one sentence.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -119,6 +35,22 @@ pub struct Doubt {
     pub reading: String,
     /// How to ask for that reading.
     pub ask: String,
+}
+
+impl Doubt {
+    fn new(kind: DoubtKind, place: impl Into<String>, seen: impl Into<String>) -> Self {
+        let (_, reading, ask) = kind.words();
+        let (place, seen) = (place.into(), seen.into());
+        Self { kind, place, seen, reading: reading.into(), ask: ask.into() }
+    }
+
+    fn reading(self, reading: impl Into<String>) -> Self {
+        Self { reading: reading.into(), ..self }
+    }
+
+    fn ask(self, ask: impl Into<String>) -> Self {
+        Self { ask: ask.into(), ..self }
+    }
 }
 
 impl fmt::Display for Doubt {
@@ -156,7 +88,7 @@ const MOST_OF_A_KIND: usize = 5;
 /// ```
 /// use symbolt::sim::Seed;
 /// use symbolt::study::worlds;
-/// use symbolt::task::doubt::{DoubtKind, doubts};
+/// use symbolt::doubt::{DoubtKind, doubts};
 ///
 /// let mut recording = worlds::named("tower").expect("a world").record(5, Seed::new(1));
 /// assert!(doubts(&recording).is_empty());
@@ -204,13 +136,7 @@ fn examine(view: &View<'_>) -> Vec<Doubt> {
     all.extend(scale::times(view, metric));
     // A single snapshot is a scene.
     if view.demos.len() == 1 && view.demos[0].len() > 1 && !view.tracks {
-        all.push(Doubt {
-            kind: DoubtKind::FewDemonstrations,
-            place: String::new(),
-            seen: "there is one demonstration".into(),
-            reading: "it cannot tell what is needed from what happened to be so".into(),
-            ask: "record more, with the objects elsewhere at the start".into(),
-        });
+        all.push(Doubt::new(DoubtKind::FewDemonstrations, "", "there is one demonstration"));
     }
     limited(all)
 }

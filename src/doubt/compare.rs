@@ -15,6 +15,9 @@ const FIXED_M: f64 = 4e-3;
 /// Number of demonstrations in which something has to agree before one can disagree with it.
 const OTHERS: usize = 2;
 
+/// Number of demonstrations that are compared with all others: the cost grows with it and with their number.
+const MOST_COMPARED: usize = 200;
+
 /// An object that is in one place at the start of the other demonstrations: the place, and where it is now.
 struct Anchor {
     usual: Vector3<f64>,
@@ -71,10 +74,6 @@ struct Region {
 impl Region {
     fn holds(&self, at: &Vector3<f64>) -> bool {
         (0..2).all(|i| self.low[i] <= at[i] && at[i] <= self.high[i])
-    }
-
-    fn meets(&self, other: &Self) -> bool {
-        (0..2).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
     }
 
     fn middle(&self) -> Vector3<f64> {
@@ -136,16 +135,11 @@ fn region(view: &View<'_>, d: usize, place: &str, boxes: &BTreeMap<&str, Region>
         // A reversed sign explains it with less than a distance does.
         (Some((_, i)), _) => {
             let axis = ["x", "y"][i];
-            Some(Doubt {
-                kind: DoubtKind::Mirrored,
-                place: place.into(),
-                seen: format!(
-                    "{out} of {} objects begin elsewhere than in the others; with {axis} reversed, where they do",
+            Some(Doubt::new(DoubtKind::Mirrored, place, format!(
+                    "{out} of {} objects begin elsewhere than in the others, and with {axis} reversed \
+                     where they do",
                     all.len()
-                ),
-                reading: format!("it is the mirror image of the others in {axis}"),
-                ask: format!("reverse the sign of {axis} in this session, or leave it out"),
-            })
+                )).reading(format!("it is the mirror image of the others in {axis}")).ask(format!("reverse {axis} in this session, or leave it out")))
         }
         (_, Some(_)) if out > 3 => Some(shifted(place, by, out)),
         _ => None,
@@ -158,7 +152,7 @@ pub(super) fn demonstrations(view: &View<'_>) -> Vec<Doubt> {
     if view.demos.len() <= OTHERS {
         return all;
     }
-    for (d, demo) in view.demos.iter().enumerate() {
+    for (d, demo) in view.demos.iter().enumerate().take(MOST_COMPARED) {
         let place = format!("demonstration {}", demo.number);
         let boxes = boxes(view, d);
         let found = frame(view, d, &place)
@@ -168,7 +162,7 @@ pub(super) fn demonstrations(view: &View<'_>) -> Vec<Doubt> {
         all.extend(found);
         if !other_frame {
             all.extend(below(view, d));
-            all.extend(swapped(view, d, &place, &boxes));
+            all.extend(swapped(view, d, &place));
             all.extend(backwards(view, d, &place));
         }
     }
@@ -182,16 +176,14 @@ pub(super) fn demonstrations(view: &View<'_>) -> Vec<Doubt> {
 
 fn shifted(place: &str, by: Vector3<f64>, count: usize) -> Doubt {
     let mm = by.map(|v| (v * 1e3).round() + 0.0);
-    Doubt {
-        kind: DoubtKind::Shifted,
-        place: place.into(),
-        seen: format!(
+    Doubt::new(
+        DoubtKind::Shifted,
+        place,
+        format!(
             "{count} things are elsewhere than in the others, all by ({}, {}, {}) mm",
             mm.x, mm.y, mm.z
         ),
-        reading: "the table, the camera or the origin was probably moved".into(),
-        ask: "import its session with a `frame` of its own, or leave it out".into(),
-    }
+    )
 }
 
 /// A demonstration whose fixed objects are all elsewhere.
@@ -220,15 +212,17 @@ fn frame(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
     if let Some(i) = (0..3).find(|i| mirrored(*i)) {
         let axis = ["x", "y", "z"][i];
         let kind = if i == 2 { DoubtKind::UpsideDown } else { DoubtKind::Mirrored };
-        return Some(Doubt {
-            kind,
-            place: place.into(),
-            seen: format!(
-                "{axis} of {count} fixed objects has the opposite sign of that in the others"
-            ),
-            reading: format!("it is the mirror image of the others in {axis}"),
-            ask: format!("reverse the sign of {axis} in this session, or leave it out"),
-        });
+        return Some(
+            Doubt::new(
+                kind,
+                place,
+                format!(
+                    "{axis} of {count} fixed objects has the opposite sign of that in the others"
+                ),
+            )
+            .reading(format!("it is the mirror image of the others in {axis}"))
+            .ask(format!("reverse the sign of {axis} in this session, or leave it out")),
+        );
     }
     let orders = [[1, 0, 2], [0, 2, 1], [2, 1, 0], [1, 2, 0], [2, 0, 1]];
     let permuted = |order: &&[usize; 3]| {
@@ -253,13 +247,7 @@ fn frame(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
 }
 
 fn axes(place: &str, seen: &str) -> Doubt {
-    Doubt {
-        kind: DoubtKind::UpAxis,
-        place: place.into(),
-        seen: seen.into(),
-        reading: "its axes are probably in another order than those of the others".into(),
-        ask: "import its session with an `up` of its own, or exchange the columns".into(),
-    }
+    Doubt::new(DoubtKind::UpAxis, place, seen)
 }
 
 /// A demonstration whose heights are all other than usual.
@@ -278,13 +266,11 @@ fn level(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
         10 * fits >= 9 * all.len()
     };
     if is(&|at| -at.z) {
-        return Some(Doubt {
-            kind: DoubtKind::UpsideDown,
-            place: place.into(),
-            seen: format!("z of {} objects has the opposite sign of that in the others", all.len()),
-            reading: "z points down in it".into(),
-            ask: "import its session with `up` set to `-z`".into(),
-        });
+        return Some(Doubt::new(
+            DoubtKind::UpsideDown,
+            place,
+            format!("z of {} objects has the opposite sign of that in the others", all.len()),
+        ));
     }
     if let Some(i) = (0..2).find(|i| is(&|at| at[*i]) || is(&|at| -at[*i])) {
         let axis = ["x", "y"][i];
@@ -312,22 +298,16 @@ fn below(view: &View<'_>, d: usize) -> Vec<Doubt> {
     let own = view.demos[d].objects.iter().filter_map(|o| Some((o, (*o.seen.first()?)?)));
     own.filter_map(|(object, seen)| {
         let (usual, _) = heights.get(object.kind)?;
-        (seen.at.z < lowest - least && seen.at.z < usual - least).then(|| Doubt {
-            kind: DoubtKind::BelowTable,
-            place: format!("demonstration {}, `{}`", view.demos[d].number, object.id),
-            seen: format!(
-                "it begins at z = {:.3} m, below everything else; its kind usually begins at {usual:.3} m",
+        (seen.at.z < lowest - least && seen.at.z < usual - least).then(|| Doubt::new(DoubtKind::BelowTable, format!("demonstration {}, `{}`", view.demos[d].number, object.id), format!(
+                "it begins at z = {:.3} m, below everything else, and its kind usually at {usual:.3} m",
                 seen.at.z
-            ),
-            reading: "it lies on the floor, or its height is wrong".into(),
-            ask: "leave it out, or correct its height".into(),
-        })
+            )))
     })
     .collect()
 }
 
 /// Objects of two kinds that are where the other kind is in the other demonstrations.
-fn swapped(view: &View<'_>, d: usize, place: &str, boxes: &BTreeMap<&str, Region>) -> Vec<Doubt> {
+fn swapped(view: &View<'_>, d: usize, place: &str) -> Vec<Doubt> {
     // What tells kinds apart: their height at the start and, if they are alone of their kind, where they begin and end.
     let near = FIXED_M + 6.0 * view.noise_m;
     let heights = heights(view, d);
@@ -360,12 +340,7 @@ fn swapped(view: &View<'_>, d: usize, place: &str, boxes: &BTreeMap<&str, Region
             let differ = (ua - ub).norm() > ELSEWHERE_M.max(2.0 * near);
             (differ, (na - ub).norm() < 2.0 * near && (nb - ua).norm() < 2.0 * near)
         });
-        let start = boxes.get(a).zip(boxes.get(b)).map(|(one, other)| {
-            let apart = !one.meets(other);
-            let any = |now: &[Vector3<f64>], to: &Region| now.iter().any(|p| to.holds(p));
-            (apart, any(&one.now, other) && any(&other.now, one))
-        });
-        let telling: Vec<bool> = [low, end, start]
+        let telling: Vec<bool> = [low, end]
             .into_iter()
             .flatten()
             .filter(|(differ, _)| *differ)
@@ -380,15 +355,18 @@ fn swapped(view: &View<'_>, d: usize, place: &str, boxes: &BTreeMap<&str, Region
         for b in kinds.range::<str, _>((std::ops::Bound::Excluded(*a), std::ops::Bound::Unbounded))
         {
             if exchanged(a, b) {
-                all.push(Doubt {
-                    kind: DoubtKind::SwappedIds,
-                    place: place.into(),
-                    seen: format!(
-                        "`{a}` and `{b}` are where the other is in the other demonstrations"
-                    ),
-                    reading: "their ids or kinds are probably exchanged in it".into(),
-                    ask: format!("exchange `{a}` and `{b}` in this demonstration, or leave it out"),
-                });
+                all.push(
+                    Doubt::new(
+                        DoubtKind::SwappedIds,
+                        place,
+                        format!(
+                            "`{a}` and `{b}` are where the other is in the other demonstrations"
+                        ),
+                    )
+                    .ask(format!(
+                        "exchange `{a}` and `{b}` in this demonstration, or leave it out"
+                    )),
+                );
             }
         }
     }
@@ -397,40 +375,20 @@ fn swapped(view: &View<'_>, d: usize, place: &str, boxes: &BTreeMap<&str, Region
 
 /// A demonstration that begins as the others end, and ends as they begin.
 fn backwards(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
-    let near = FIXED_M.max(0.01) + 6.0 * view.noise_m;
     let (mut back, mut all) = (0, 0);
-    for object in &view.demos[d].objects {
-        let mut places = Vec::new();
-        for demo in view.demos.iter().enumerate().filter(|(i, _)| *i != d).map(|(_, demo)| demo) {
-            let own = demo.objects.iter().find(|o| o.id == object.id);
-            if let Some((first, last)) = own.and_then(|o| o.first().zip(o.last())) {
-                if (first.at - last.at).norm() > view.far_m() {
-                    places.push(last.at);
-                }
-            }
-        }
-        let (Some(end), Some(first), Some(last)) =
-            (agreed(view, &places), object.first(), object.last())
-        else {
-            continue;
-        };
-        all += 1;
-        back +=
-            usize::from((first.at - end).norm() < near && (last.at - end).norm() > view.far_m());
-    }
     // Kinds that are lifted from one height to another, and lowered here.
-    let mut lifts: BTreeMap<&str, (Vec<[f64; 2]>, Vec<[f64; 2]>)> = BTreeMap::new();
+    let mut lifts: BTreeMap<&str, [Vec<[f64; 2]>; 2]> = BTreeMap::new();
     for (i, demo) in view.demos.iter().enumerate() {
         for object in &demo.objects {
             let Some((first, last)) = object.first().zip(object.last()) else { continue };
             if (first.at - last.at).norm() > view.far_m() {
-                let (own, others) = lifts.entry(object.kind).or_default();
+                let [own, others] = lifts.entry(object.kind).or_default();
                 if i == d { own } else { others }.push([first.at.z, last.at.z]);
             }
         }
     }
-    for (own, others) in
-        lifts.values().filter(|(own, others)| !own.is_empty() && others.len() > OTHERS)
+    for [own, others] in
+        lifts.values().filter(|[own, others]| !own.is_empty() && others.len() > OTHERS)
     {
         let usual = [0, 1].map(|i| middle(&mut others.iter().map(|h| h[i]).collect::<Vec<_>>()));
         let near = |h: &[f64; 2], to: [f64; 2]| {
@@ -442,11 +400,11 @@ fn backwards(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
             back += own.iter().filter(|h| near(h, [usual[1], usual[0]])).count();
         }
     }
-    (back >= 1 && back == all).then(|| Doubt {
-        kind: DoubtKind::Disagreement,
-        place: place.into(),
-        seen: format!("{back} objects begin where they end in the others, and are taken away"),
-        reading: "it shows the opposite task, or is played backwards".into(),
-        ask: "leave it out, or learn from it by itself".into(),
+    (back >= 1 && back == all).then(|| {
+        Doubt::new(
+            DoubtKind::Disagreement,
+            place,
+            format!("{back} objects begin where they end in the others, and are taken away"),
+        )
     })
 }

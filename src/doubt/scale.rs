@@ -95,13 +95,9 @@ fn unit(place: String, metres: f64, what: &str) -> Doubt {
         }
         _ => "give the unit to `symbolt import` as `length`".into(),
     };
-    Doubt {
-        kind: DoubtKind::LengthUnit,
-        place,
-        seen: format!("{what} {} wide", length(metres)),
-        reading,
-        ask,
-    }
+    Doubt::new(DoubtKind::LengthUnit, place, format!("{what} {} wide", length(metres)))
+        .reading(reading)
+        .ask(ask)
 }
 
 /// Doubts about the unit of lengths.
@@ -180,13 +176,9 @@ fn clock(place: String, step: f64, usual: f64, what: &str) -> Doubt {
         off(a).total_cmp(&off(b))
     };
     let (name, per_s) = CLOCKS.iter().min_by(nearest).copied().unwrap_or(CLOCKS[0]);
-    Doubt {
-        kind: DoubtKind::TimeUnit,
-        place,
-        seen: format!("{what} are {step:.0} s apart"),
-        reading: format!("the times are probably {name} ({:.2} s)", step / per_s),
-        ask: format!("import the log with `time_unit` set to `{name}`, or divide `t` by {per_s:e}"),
-    }
+    Doubt::new(DoubtKind::TimeUnit, place, format!("{what} are {step:.0} s apart"))
+        .reading(format!("the times are probably {name} ({:.2} s)", step / per_s))
+        .ask(format!("import the log with `time_unit` set to `{name}`, or divide `t` by {per_s:e}"))
 }
 
 /// Doubts about the times of snapshots. Speeds count only if lengths are `metric`.
@@ -229,24 +221,24 @@ pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
             if now > before {
                 continue;
             }
-            all.push(Doubt {
-                kind: DoubtKind::DuplicateTime,
-                place: format!("demonstration {}, snapshot {s}", demo.number),
-                seen: format!("its time of {now} s is that of the snapshot before it"),
-                reading: "one of the two is recorded twice, or the clock stood".into(),
-                ask: "leave the repeated line out, or record with a finer clock".into(),
-            });
+            all.push(
+                Doubt::new(
+                    DoubtKind::DuplicateTime,
+                    format!("demonstration {}, snapshot {s}", demo.number),
+                    format!("its time of {now} s is that of the snapshot before it"),
+                )
+                .reading("one of the two is recorded twice, or the clock stood")
+                .ask("leave the repeated line out, or record with a finer clock"),
+            );
         }
     }
     let speed = middle(&mut speeds);
     if metric && speed > FASTEST_M_S {
-        all.push(Doubt {
-            kind: DoubtKind::TimeUnit,
-            place: String::new(),
-            seen: format!("objects are carried at {speed:.0} m/s"),
-            reading: "the times have a greater unit than seconds, such as minutes".into(),
-            ask: "give the unit to `symbolt import` as `time_unit`, or multiply `t`".into(),
-        });
+        all.push(Doubt::new(
+            DoubtKind::TimeUnit,
+            "",
+            format!("objects are carried at {speed:.0} m/s"),
+        ));
     }
     all
 }
@@ -261,46 +253,48 @@ pub(super) fn of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
         let norm = middle(&mut norms);
         let greatest = track.orientations.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
         if !norms.is_empty() && greatest > 1.5 {
-            all.push(Doubt {
-                kind: DoubtKind::AngleUnit,
-                place: place.clone(),
-                seen: format!("numbers of its orientations reach {greatest:.1}"),
-                reading: if greatest > 6.4 {
-                    "they are probably Euler angles in degrees, not quaternions".into()
+            all.push(
+                Doubt::new(
+                    DoubtKind::AngleUnit,
+                    place.clone(),
+                    format!("numbers of its orientations reach {greatest:.1}"),
+                )
+                .reading(if greatest > 6.4 {
+                    "they are probably Euler angles in degrees, not quaternions"
                 } else {
-                    "they are probably Euler angles in radians, not quaternions".into()
-                },
-                ask: "name the columns as a rotation with `angle` `deg` or `rad` in the mapping"
-                    .into(),
-            });
+                    "they are probably Euler angles in radians, not quaternions"
+                }),
+            );
         } else if !norms.is_empty() && (norm - 1.0).abs() > 1e-2 {
-            all.push(Doubt {
-                kind: DoubtKind::QuaternionNorm,
-                place: place.clone(),
-                seen: format!("its quaternions have the norm {norm:.3}"),
-                reading: "a quaternion of a rotation has the norm 1".into(),
-                ask: "check the columns of the quaternion in the mapping".into(),
-            });
+            all.push(Doubt::new(
+                DoubtKind::QuaternionNorm,
+                place.clone(),
+                format!("its quaternions have the norm {norm:.3}"),
+            ));
         }
         let times = track.times_s;
         let back = times.windows(2).position(|t| t[1] < t[0]);
         let twice = times.windows(2).filter(|t| t[1] == t[0]).count();
         if let Some(at) = back {
-            all.push(Doubt {
-                kind: DoubtKind::DuplicateTime,
-                place: place.clone(),
-                seen: format!("row {}: {} s follows {} s", at + 1, times[at + 1], times[at]),
-                reading: "a new session begins there, or rows are out of order".into(),
-                ask: "give the column of the session, or sort the rows".into(),
-            });
+            all.push(
+                Doubt::new(
+                    DoubtKind::DuplicateTime,
+                    place.clone(),
+                    format!("row {}: {} s follows {} s", at + 1, times[at + 1], times[at]),
+                )
+                .reading("a new session begins there, or rows are out of order")
+                .ask("give the column of the session, or sort the rows"),
+            );
         } else if twice > 0 {
-            all.push(Doubt {
-                kind: DoubtKind::DuplicateTime,
-                place: place.clone(),
-                seen: format!("{twice} of {} times occur twice", times.len()),
-                reading: "rows are repeated, or the clock is too coarse".into(),
-                ask: "leave repeated rows out of the log".into(),
-            });
+            all.push(
+                Doubt::new(
+                    DoubtKind::DuplicateTime,
+                    place.clone(),
+                    format!("{twice} of {} times occur twice", times.len()),
+                )
+                .reading("rows are repeated, or the clock is too coarse")
+                .ask("leave repeated rows out of the log"),
+            );
         }
         let mut steps: Vec<f64> =
             times.windows(2).map(|t| t[1] - t[0]).filter(|s| *s > 0.0).collect();

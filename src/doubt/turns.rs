@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::frame::level;
+use super::frame::{level, plane};
 use super::view::{Seen, View, middle, spread};
 use super::{Doubt, DoubtKind};
 
@@ -25,10 +25,15 @@ struct Upright {
     level: bool,
 }
 
-fn upright(view: &View<'_>, only: Option<usize>) -> Upright {
-    let axis = level(view).unwrap_or(2);
+/// Returns the vertical axis, and whether objects do not lie on tilted planes.
+fn vertical(view: &View<'_>) -> (usize, bool) {
+    let axis = |n: Vector3<f64>| n.iter().any(|v| v.abs() > 0.998);
+    (level(view).unwrap_or(2), plane(view).is_none_or(axis))
+}
+
+fn upright(view: &View<'_>, only: Option<usize>, (axis, level): (usize, bool)) -> Upright {
     let near = (0.09 + 3.0 * view.noise_rad).min(0.5).cos();
-    let level = (1.0 - near * near).sqrt();
+    let flat = (1.0 - near * near).sqrt();
     let demos = view.demos.iter().enumerate().filter(|(d, _)| only.is_none_or(|o| o == *d));
     let (mut turns, mut kinds) = (Vec::new(), BTreeSet::new());
     for object in demos.flat_map(|(_, demo)| &demo.objects) {
@@ -47,14 +52,14 @@ fn upright(view: &View<'_>, only: Option<usize>) -> Upright {
     let stands = |turn: &UnitQuaternion<f64>| down(turn).z > near;
     let aligned = |turn: &UnitQuaternion<f64>| {
         let down = down(turn);
-        down.z.abs() < level || down.iter().any(|v| v.abs() > near)
+        down.z.abs() < flat || down.iter().any(|v| v.abs() > near)
     };
     Upright {
         stand: (share(&stands), share(&|turn| stands(&wxyz(turn)))),
         aligned: (share(&aligned), share(&|turn| aligned(&wxyz(turn)))),
         count: turns.len(),
         kinds: kinds.len(),
-        level: super::frame::plane(view).is_none_or(|n| n.iter().any(|v| v.abs() > 0.998)),
+        level,
     }
 }
 
@@ -71,36 +76,33 @@ impl Upright {
 
 /// Returns whether bodies stand upright only if quaternions are read as w, x, y, z.
 pub(super) fn reordered(view: &View<'_>) -> bool {
-    upright(view, None).is_other()
+    upright(view, None, vertical(view)).is_other()
 }
 
 /// Doubts about the order of quaternions and the unit of angles.
 pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
-    let whole = upright(view, None);
+    let vertical = vertical(view);
+    let whole = upright(view, None, vertical);
     let doubt = |place: String, found: &Upright| {
         let percent = |share: f64| 100.0 * share;
         let (read, other) =
             if found.stand.1 - found.stand.0 >= 0.5 { found.stand } else { found.aligned };
-        Doubt {
-            kind: DoubtKind::QuaternionOrder,
+        Doubt::new(
+            DoubtKind::QuaternionOrder,
             place,
-            seen: format!(
+            format!(
                 "{:.0}% of the resting objects are upright; read as w, x, y, z, {:.0}% are",
                 percent(read),
                 percent(other)
             ),
-            reading: "the quaternions are probably w, x, y, z".into(),
-            ask: "import the log with `quaternion` set to `wxyz`, or move the first number of \
-                  `orientation` to the end"
-                .into(),
-        }
+        )
     };
     if whole.is_other() {
         return vec![doubt(String::new(), &whole)];
     }
     let mut all = Vec::new();
     for (d, demo) in view.demos.iter().enumerate().filter(|_| view.demos.len() > 1) {
-        let own = upright(view, Some(d));
+        let own = upright(view, Some(d), vertical);
         if own.is_other() {
             all.push(doubt(format!("demonstration {}", demo.number), &own));
         }
@@ -114,27 +116,34 @@ pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
     let above = angles.iter().filter(|a| **a > 0.3).count();
     let quiet = view.noise_rad.to_degrees() < 0.05;
     if quiet && (1.2..3.2).contains(&greatest) && above >= 6 && 3 * above >= angles.len() {
-        all.push(Doubt {
-            kind: DoubtKind::AngleUnit,
-            place: String::new(),
-            seen: format!("no object is turned by more than {greatest:.2} degrees"),
-            reading: format!(
+        all.push(
+            Doubt::new(
+                DoubtKind::AngleUnit,
+                "",
+                format!("no object is turned by more than {greatest:.2} degrees"),
+            )
+            .reading(format!(
                 "angles in radians were probably taken for degrees: {:.0} degrees at most",
                 greatest.to_radians().to_degrees().to_degrees()
-            ),
-            ask: "import the log with `angle` set to `rad`".into(),
-        });
+            ))
+            .ask("import the log with `angle` set to `rad`"),
+        );
     }
     all
 }
+
+/// Number of places that are compared with each other.
+const MOST_PLACES: usize = 300;
+
+/// From a turned object to one beside it, and how it is turned.
+type Beside = (Vector3<f64>, UnitQuaternion<f64>);
 
 /// Doubts about handedness: where objects are placed beside turned ones, the places agree in the frames of these only if
 /// positions and orientations have one handedness.
 pub(super) fn handed(view: &View<'_>) -> Vec<Doubt> {
     let axis = level(view).unwrap_or(2);
     // Ends of carried objects, each with the nearest object of every other kind.
-    let mut pairs: BTreeMap<(&str, &str), Vec<(Vector3<f64>, UnitQuaternion<f64>)>> =
-        BTreeMap::new();
+    let mut pairs: BTreeMap<(&str, &str), Vec<Beside>> = BTreeMap::new();
     for demo in &view.demos {
         for object in &demo.objects {
             let (Some(first), Some(last)) = (object.first(), object.last()) else { continue };
@@ -159,6 +168,7 @@ pub(super) fn handed(view: &View<'_>) -> Vec<Doubt> {
     flat[(axis + 1) % 3] = -1.0;
     let mut found: Vec<(f64, f64, &str, &str)> = Vec::new();
     for ((object, reference), places) in &pairs {
+        let places = &places[..places.len().min(MOST_PLACES)];
         let heading = |turn: &UnitQuaternion<f64>| {
             let x = turn * Vector3::ith((axis + 1) % 3, 1.0);
             x[(axis + 2) % 3].atan2(x[(axis + 1) % 3])
@@ -187,19 +197,12 @@ pub(super) fn handed(view: &View<'_>) -> Vec<Doubt> {
     }
     let clear = |f: &&(f64, f64, &str, &str)| tight(f.1) && f.0 > 4e-3 && f.1 < 0.2 * f.0;
     let best = found.iter().filter(clear).max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
-    best.map(|(read, mirrored, object, reference)| Doubt {
-        kind: DoubtKind::LeftHanded,
-        place: String::new(),
-        seen: format!(
-            "places of `{object}` beside a turned `{reference}` differ by {:.0} mm; mirrored, by {:.1} mm",
+    best.map(|(read, mirrored, object, reference)| Doubt::new(DoubtKind::LeftHanded, "", format!(
+            "places of `{object}` beside a turned `{reference}` differ by {:.0} mm, and mirrored by \
+             {:.1} mm",
             read * 1e3,
             mirrored * 1e3
-        ),
-        reading: "the positions are probably left-handed (one axis reversed, or two exchanged), or the \
-                  orientations inverted"
-            .into(),
-        ask: "import the log with `handed` set to `left`, or reverse one axis".into(),
-    })
+        )))
     .into_iter()
     .collect()
 }

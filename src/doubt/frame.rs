@@ -24,10 +24,10 @@ pub(super) fn level(view: &View<'_>) -> Option<usize> {
     let mut votes = [0; 3];
     for seen in view.starts_by_kind().values().filter(|seen| seen.len() >= 3) {
         let over = |axis: usize| spread(seen.iter().map(|(_, s)| s.at[axis]));
-        for axis in 0..3 {
+        for (axis, vote) in votes.iter_mut().enumerate() {
             let others = (0..3).filter(|a| *a != axis).all(|a| over(a) > WIDE_M);
             if over(axis) < LEVEL_M + 6.0 * view.noise_m && others {
-                votes[axis] += seen.len();
+                *vote += seen.len();
             }
         }
     }
@@ -84,16 +84,18 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
         if convention {
             return Vec::new();
         }
-        return vec![Doubt {
-            kind: DoubtKind::UpAxis,
-            place: String::new(),
-            seen: format!("objects of a kind rest at one {}, not at one z", AXES[axis]),
-            reading: format!("{} probably points up, or two axes are exchanged", AXES[axis]),
-            ask: format!(
+        return vec![
+            Doubt::new(
+                DoubtKind::UpAxis,
+                "",
+                format!("objects of a kind rest at one {}, not at one z", AXES[axis]),
+            )
+            .reading(format!("{} probably points up, or two axes are exchanged", AXES[axis]))
+            .ask(format!(
                 "import the log with `up` set to `{}`, or exchange the columns",
                 AXES[axis]
-            ),
-        }];
+            )),
+        ];
     }
     let heights: Vec<f64> = view.starts().map(|(_, _, s)| s.at.z).collect();
     let (low, high) = heights.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
@@ -114,13 +116,11 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
         } else {
             "the z axes of nearly all objects point down, and most begin at the greatest z".into()
         };
-        return vec![Doubt {
-            kind: DoubtKind::UpsideDown,
-            place: String::new(),
-            seen,
-            reading: "z probably points down".into(),
-            ask: "import the log with `up` set to `-z`".into(),
-        }];
+        return vec![
+            Doubt::new(DoubtKind::UpsideDown, "", seen)
+                .reading("z probably points down")
+                .ask("import the log with `up` set to `-z`"),
+        ];
     }
     Vec::new()
 }
@@ -139,16 +139,14 @@ pub(super) fn camera(view: &View<'_>) -> Vec<Doubt> {
     if let Some(normal) = found {
         let degrees = tilt(normal).to_degrees();
         let shown = normal.map(|v| (v * 100.0).round() / 100.0 + 0.0);
-        all.push(Doubt {
-            kind: DoubtKind::TiltedFrame,
-            place: String::new(),
-            seen: format!(
+        all.push(Doubt::new(
+            DoubtKind::TiltedFrame,
+            "",
+            format!(
                 "objects stand and lie along ({}, {}, {}), {degrees:.0} degrees off every axis",
                 shown.x, shown.y, shown.z
             ),
-            reading: "poses are probably in the frame of a camera, or the world is tilted".into(),
-            ask: "give the pose of the camera to `symbolt import` as `frame`".into(),
-        });
+        ));
     }
     for demo in &view.demos {
         let (mut moved, mut steps) = (0, 0);
@@ -170,16 +168,14 @@ pub(super) fn camera(view: &View<'_>) -> Vec<Doubt> {
             }
         }
         if steps >= 3 && 2 * moved > steps {
-            all.push(Doubt {
-                kind: DoubtKind::MovingCamera,
-                place: format!("demonstration {}", demo.number),
-                seen: format!(
+            all.push(Doubt::new(
+                DoubtKind::MovingCamera,
+                format!("demonstration {}", demo.number),
+                format!(
                     "in {moved} of {steps} steps nearly all objects move, by up to {:.0} mm",
                     far * 1e3
                 ),
-                reading: "poses are probably in the frame of a moving camera or hand".into(),
-                ask: "transform them into the world before `symbolt import`".into(),
-            });
+            ));
         }
     }
     all
