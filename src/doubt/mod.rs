@@ -3,8 +3,8 @@
 //! [`doubts`] examines a [`Recording`], [`doubts_of_tracks`] poses over time that are not yet one. Neither changes anything.
 //! Each [`Doubt`] says what was seen, with figures, which reading would make sense, and how to ask for it.
 //!
-//! Thresholds come from the spread of the data itself, and from what is possible where one hand works: [`view`] estimates the
-//! noise, and the constants give their reasons.
+//! Thresholds come from the spread of the data itself, whose noise is estimated, and from what is possible where one hand works;
+//! the constants give their reasons.
 
 mod compare;
 mod frame;
