@@ -92,6 +92,7 @@
 //! This optimises your dependencies once. Your own code still compiles quickly.
 #![deny(unsafe_code)]
 
+pub mod doubt;
 pub mod files;
 pub mod plan;
 pub mod record;

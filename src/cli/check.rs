@@ -8,6 +8,7 @@ use anyhow::Error;
 use clap::Args;
 use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Value, json};
+use symbolt::doubt::{Doubt, doubts};
 use symbolt::files::{Limit, read_file};
 use symbolt::neurons::{SolvedFileError, SolvedModel};
 use symbolt::robot::scene::{PAYLOAD_N, Scene};
@@ -73,7 +74,10 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
     if header.as_ref().is_some_and(|v| v.has("objects") && (!v.has("demo") || !one_line(bytes))) {
         allow(Limit::SCENE)?;
         let scene = Snapshot::parse(bytes, name)?;
-        return Ok(json!({"kind": "scene", "objects": scene.objects.len()}));
+        let objects = scene.objects.len();
+        // A scene is examined as the start of a demonstration.
+        let recording = Recording::of_scene(scene);
+        return Ok(json!({"kind": "scene", "objects": objects, "warnings": doubted(&recording)}));
     }
     if let Some(task) = header.as_ref().map(task_of).transpose()?.flatten() {
         allow(Limit::SETTINGS)?;
@@ -93,7 +97,15 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
     Ok(json!({
         "kind": "recording", "demonstrations": recording.demos.len(),
         "snapshots": recording.snapshot_count(), "labels": labelled,
+        "warnings": doubted(&recording),
     }))
+}
+
+/// Warns of what is doubtful in a recording, and returns it.
+pub(super) fn doubted(recording: &Recording) -> Vec<Doubt> {
+    let doubts = doubts(recording);
+    doubts.iter().for_each(|doubt| warn(&doubt.to_string()));
+    doubts
 }
 
 /// Weighs the parts of a task and demonstrates it once. Returns what the robot cannot do, with the number that rules it out:

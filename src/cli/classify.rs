@@ -8,9 +8,9 @@ use clap::Args;
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::task::classify::{Classifier, Layout, Located};
-use symbolt::task::domain::RelationalDomain;
+use symbolt::task::domain::{RelationalDomain, SubKinds};
 use symbolt::task::event::InNoState;
-use symbolt::task::{Demonstration, ObjectPose, Recording, Snapshot, TaskError};
+use symbolt::task::{ObjectPose, Recording, Snapshot, TaskError};
 
 use super::end::Outcome;
 use super::options::{Common, GroundingArgs, OutFile};
@@ -57,7 +57,7 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     not_both_standard_input(("domain", &args.domain), ("recording", &args.recording))?;
     let domain = RelationalDomain::read(&args.domain)?;
     let classifier = args.grounding.classifier(&domain)?;
-    let scenes = Scenes::read(&args.recording)?;
+    let scenes = Scenes::read(&args.recording, &domain.sub_kinds)?;
     let found = Found { scenes: &scenes, domain: &domain, classifier: &classifier };
     if args.common.json { out.write(found) } else { out.write(found.table()) }
 }
@@ -79,20 +79,19 @@ fn json(row: &Row<'_>) -> Value {
 
 impl Scenes {
     /// Reads all snapshots of a recording, or the only one of a scene.
-    fn read(path: &Path) -> Result<Self, Error> {
+    fn read(path: &Path, sub_kinds: &[SubKinds]) -> Result<Self, Error> {
         let bytes = read_file(path, Limit::RECORDING)?;
         let name = path.display().to_string();
-        match Recording::parse(&bytes, &name) {
-            Ok((recording, _)) => Ok(Self { recording, single: false }),
+        let (mut recording, attributes, single) = match Recording::parse_whole(&bytes, &name) {
+            Ok((recording, _, attributes)) => (recording, attributes, false),
             // A file that is neither a recording nor a scene is reported as a faulty recording.
-            Err(fault) => match Snapshot::parse(&bytes, &name) {
-                Ok(scene) => {
-                    let demos = vec![Demonstration { number: 0, snapshots: vec![scene] }];
-                    Ok(Self { recording: Recording { demos }, single: true })
-                }
-                Err(_) => Err(TaskError::Input(fault).into()),
+            Err(fault) => match Snapshot::parse_attributed(&bytes, &name) {
+                Ok((scene, attributes)) => (Recording::of_scene(scene), attributes, true),
+                Err(_) => return Err(TaskError::Input(fault).into()),
             },
-        }
+        };
+        SubKinds::apply(sub_kinds, &mut recording, &attributes);
+        Ok(Self { recording, single })
     }
 }
 

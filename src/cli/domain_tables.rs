@@ -15,6 +15,22 @@ use super::table::{Grid, counted, section, unbroken, wrapped};
 /// Returns tables of the states, the operators with their conditions and side effects, and the goal.
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
     let mut text = String::new();
+    let mut grid = Grid::new(&["kind", "attribute", "values", "kind in the domain", ">objects"]);
+    for divided in &domain.sub_kinds {
+        for part in &divided.of {
+            let (kind, attribute) = (divided.kind.clone(), divided.attribute.clone());
+            grid.row([kind, attribute, part.values(), part.name.clone(), part.count.to_string()]);
+        }
+    }
+    if !grid.is_empty() {
+        section(&mut text, "Kinds divided by an attribute", &grid);
+    }
+    for divided in domain.sub_kinds.iter().filter(|divided| !divided.also.is_empty()) {
+        let (kind, also) = (&divided.kind, divided.also.join(", "));
+        let note =
+            format!("{also} divides `{kind}` in the same way; more demonstrations would tell.");
+        let _ = writeln!(text, "{}\n", wrapped(&note, 0));
+    }
     let title =
         format!("{}, positions in metres in their frame", counted(domain.states.len(), "state"));
     section(&mut text, &title, &state_table(domain));
@@ -194,6 +210,7 @@ pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
         "goal": domain.goals.last().map(|goal| &domain.states[goal.state].name),
         "noise_m": domain.noise_m,
         "noise_rad": domain.noise_rad,
+        "sub_kinds": domain.sub_kinds,
     }))
 }
 

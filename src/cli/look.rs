@@ -18,7 +18,15 @@ use super::table::listed;
 /// Reads a domain and a scene, not both from standard input.
 pub(crate) fn read(domain: &Path, scene: &Path) -> Result<(RelationalDomain, Snapshot), Error> {
     not_both_standard_input(("domain", domain), ("scene", scene))?;
-    Ok((RelationalDomain::read(domain)?, Snapshot::read(scene)?))
+    let domain = RelationalDomain::read(domain)?;
+    let (mut scene, attributes) = Snapshot::read_attributed(scene)?;
+    for (id, kind, attribute) in domain.divide(&mut scene, &attributes) {
+        warn(&format!(
+            "`{id}` is in no state: its kind `{kind}` is divided by `{attribute}`, which it lacks or which has a value that \
+             no demonstration showed"
+        ));
+    }
+    Ok((domain, scene))
 }
 
 /// Returns the goal with a name, or the goal of the demonstrations.

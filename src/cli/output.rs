@@ -233,7 +233,7 @@ fn warn_of_binding(threads: usize) {
 /// Formats the counts of a JSON object: `3 demonstrations, 24 snapshots`. The key `kind` is left out.
 pub(crate) fn facts(summary: &Value) -> String {
     let fact = |(key, value): (&String, &Value)| match (key.as_str(), value.as_u64()) {
-        ("kind" | "unsolved", _) => None,
+        ("kind" | "unsolved" | "warnings", _) => None,
         ("failed", Some(count)) => Some(counted(count as usize, "failed attempt")),
         ("lost", Some(count)) => Some(counted(count as usize, "lost part")),
         ("simulated_s", _) => value.as_f64().map(|time_s| format!("{time_s:.1} simulated s")),

@@ -63,5 +63,6 @@ pub use propositional::{
     Operator, Part, Rules, State, StateId, Verdict, WorldState, acceptable_answers,
 };
 pub use recording::{
-    Demonstration, Labels, ObjectPose, Recording, Sensing, Snapshot, SnapshotEvent,
+    Attribute, Attributes, Demonstration, Labels, ObjectAttributes, ObjectPose, Recording, Sensing,
+    Snapshot, SnapshotEvent,
 };

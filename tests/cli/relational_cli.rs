@@ -8,9 +8,14 @@ use std::path::Path;
 use assert_cmd::Command;
 use serde_json::Value;
 use symbolt::robot::Pose;
-use symbolt::task::{Recording, Snapshot};
+use symbolt::sim::Seed;
+use symbolt::study::worlds;
+use symbolt::task::{Attribute, Attributes, Recording, Snapshot};
 
 use crate::beside;
+
+/// Kinds of the world `sorting` that become one kind with an attribute.
+const SORTED: [&str; 2] = ["screw", "washer"];
 
 struct Ran {
     code: i32,
@@ -321,4 +326,78 @@ fn sensing_errors_are_added_to_recordings_and_repeatable() {
     assert_eq!(ok(path, &[&plain[..], &["--pose-noise", "0,0"]].concat()), exact);
     let scene = ok(path, &["record", "--scene", "--kinematic", "--outliers", "1"]);
     assert_ne!(scene, ok(path, &["record", "--scene", "--kinematic"]));
+}
+
+#[test]
+fn a_recording_in_millimetres_is_doubted_and_still_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let mut recording = worlds::named("tower").expect("a world").record(5, Seed::new(1));
+    let write = |recording: &Recording| {
+        let text = recording.to_jsonl(None).expect("text");
+        std::fs::write(path.join("demos.jsonl"), text).expect("a file");
+    };
+    write(&recording);
+    let sound: Value =
+        serde_json::from_str(&ok(path, &["check", "demos.jsonl", "--json"])).unwrap();
+    assert_eq!(sound["warnings"], Value::Array(Vec::new()));
+    for object in
+        recording.demos.iter_mut().flat_map(|d| &mut d.snapshots).flat_map(|s| &mut s.objects)
+    {
+        object.pose.position = object.pose.position.map(|metres| 1e3 * metres);
+    }
+    write(&recording);
+    for args in [&["check", "demos.jsonl", "--json"][..], &["learn", "demos.jsonl", "--json"]] {
+        let ran = run(path, args);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+        let warning = &found["warnings"][0];
+        assert_eq!(warning["kind"], "length_unit");
+        for key in ["place", "seen", "reading", "ask"] {
+            assert!(warning[key].is_string(), "{warning}");
+        }
+        assert!(ran.err.contains("warning: the scene is") && ran.err.contains("mm"), "{}", ran.err);
+    }
+    // The counts stay as they were.
+    let text = run(path, &["check", "demos.jsonl"]).out;
+    assert!(
+        text.contains("a valid recording: 5 demonstrations") && !text.contains("warnings"),
+        "{text}"
+    );
+}
+
+#[test]
+fn objects_of_one_kind_are_sorted_by_an_attribute() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let world = worlds::named("sorting").expect("a world");
+    let mixed = |seed: u64, demos: usize| {
+        let mut recording = world.record(demos, Seed::new(seed));
+        let mut attributes = Attributes::default();
+        for (d, demo) in recording.demos.iter_mut().enumerate() {
+            for object in demo.snapshots.iter_mut().flat_map(|s| &mut s.objects) {
+                if SORTED.contains(&&*object.kind) {
+                    let colour = Attribute::Word(object.kind.to_string());
+                    attributes.set(d, &object.id, "colour", colour);
+                    object.kind = "part".into();
+                }
+            }
+        }
+        recording.to_jsonl_attributed(None, &attributes).expect("text")
+    };
+    std::fs::write(path.join("demos.jsonl"), mixed(1, 5)).expect("a file");
+    let said = ok(path, &["learn", "demos.jsonl", "--out", "domain.json"]);
+    assert!(said.contains("Kinds divided by an attribute") && said.contains("colour"), "{said}");
+    let scene = mixed(9, 1).lines().next().expect("a line").to_owned();
+    std::fs::write(path.join("scene.json"), &scene).expect("a file");
+    let states = ok(path, &["classify", "domain.json", "scene.json", "--json"]);
+    let parts = states.lines().filter(|line| line.contains("\"kind\":\"part_"));
+    assert!(parts.count() >= 4, "{states}");
+    let plan = ok(path, &["plan", "domain.json", "--scene", "scene.json", "--json"]);
+    let plan: Value = serde_json::from_str(&plan).expect("JSON");
+    assert_eq!(plan["status"], "act", "{plan}");
+    let unseen = scene.replacen(&format!("\"{}\"", SORTED[0]), "\"green\"", 1);
+    std::fs::write(path.join("scene.json"), unseen).expect("a file");
+    let ran = run(path, &["actions", "domain.json", "--scene", "scene.json"]);
+    assert!(ran.err.contains("is divided by `colour`"), "{}", ran.err);
 }

@@ -9,14 +9,16 @@ use std::path::PathBuf;
 use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
+use symbolt::doubt::Doubt;
 use symbolt::study::asking::{Question, ask};
 use symbolt::task::Recording;
 use symbolt::task::domain::KindClusters;
 use symbolt::task::learn::{
     AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
-    learn_observed,
+    learn_attributed,
 };
 
+use super::check::doubted;
 use super::domain_tables::{self, domain_tables, mm};
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, METHODS, OutFile, named, number};
@@ -65,9 +67,11 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     progress.say(format!("reading {}", args.recording.display()));
-    let recording = Recording::read(&args.recording)?;
+    let (mut recording, attributes) = Recording::read_attributed(&args.recording)?;
     let settings = Settings { method, p: args.p, threshold_m, seed: args.common.seed };
-    let learned = learn_observed(&recording, &settings, &mut ProgressLine::new(&progress))?;
+    let doubts = doubted(&recording);
+    let line = &mut ProgressLine::new(&progress);
+    let learned = learn_attributed(&mut recording, &attributes, &settings, line)?;
     let empty = learned.domain.operators.is_empty();
     drop(progress);
     if !matches!(out, Place::Default) && !empty {
@@ -79,7 +83,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     // With the domain file, standard output holds nothing else.
     if !matches!(out, Place::Stdout) {
         let question = ask(&learned.domain, &recording, &[]);
-        let json = || summary(&learned, question.as_ref());
+        let json = || summary(&learned, question.as_ref(), &doubts);
         let text = || {
             let asked = question.as_ref().map(question_text);
             tables(&learned) + &asked.unwrap_or_default()
@@ -177,7 +181,7 @@ fn warnings(learned: &Learned, method: Method) -> Vec<String> {
 }
 
 /// Returns the learned domain and the report as one JSON object.
-fn summary(learned: &Learned, question: Option<&Question>) -> Value {
+fn summary(learned: &Learned, question: Option<&Question>, doubts: &[Doubt]) -> Value {
     let (report, clusters) = (&learned.report, &learned.domain.provenance.clusters);
     let by_kind = |value: fn(&KindClusters) -> Option<f64>| -> Value {
         clusters.iter().map(|c| (c.kind.clone(), json!(value(c)))).collect()
@@ -204,6 +208,7 @@ fn summary(learned: &Learned, question: Option<&Question>) -> Value {
         "unsure_frames": learned.unsure_frames,
         "remarks": learned.remarks.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "ask": question,
+        "warnings": doubts,
     });
     let mut all = domain_tables::summary(&learned.domain);
     all.extend(keys(own));

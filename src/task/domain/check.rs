@@ -2,7 +2,8 @@
 
 use super::state::{Coordinate, Turn};
 use super::{
-    FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator, Role, Subject,
+    FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator, Role, SubKinds,
+    Subject,
 };
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, check_names};
@@ -49,7 +50,13 @@ impl RelationalDomain {
             let expected = "finite numbers of at least 0";
             (!noise.iter().all(usable)).then(|| Fault::new("the noise is not usable", expected))
         };
-        names.or_else(of_states).or_else(of_operators).or_else(of_goals).or_else(of_noise)
+        let of_kinds = || self.sub_kinds.iter().find_map(SubKinds::fault);
+        names
+            .or_else(of_states)
+            .or_else(of_operators)
+            .or_else(of_goals)
+            .or_else(of_noise)
+            .or_else(of_kinds)
     }
 
     fn fault_of_operator(&self, operator: &RelationalOperator) -> Option<Fault> {

@@ -85,6 +85,7 @@ impl Gaussians {
             noise_m: 0.0,
             noise_rad: 0.0,
             provenance: self.provenance,
+            sub_kinds: Vec::new(),
         };
         domain.fault().map_or(Ok(domain), Err)
     }

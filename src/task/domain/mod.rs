@@ -33,6 +33,7 @@ mod operator;
 mod provenance;
 mod situation;
 mod state;
+mod sub_kinds;
 mod words;
 
 pub use condition::{Condition, Role, Subject};
@@ -46,6 +47,7 @@ pub(crate) use situation::is_within;
 pub use situation::{Fact, Situation};
 pub(crate) use state::ROOMY_M;
 pub use state::{Coordinate, FrameState, Origin, Place, Turn};
+pub use sub_kinds::{SubKind, SubKinds};
 
 /// A learned domain with states in frames, operators with parameters, and a goal.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,4 +64,6 @@ pub struct RelationalDomain {
     pub noise_rad: f64,
     /// How the domain was learned.
     pub provenance: Provenance,
+    /// Kinds that are divided by an attribute. States have the names of their parts as kinds.
+    pub sub_kinds: Vec<SubKinds>,
 }

@@ -28,6 +28,8 @@
 //! 4. **Goal.** The goal is the conjunction of the terms that some action achieves and that hold at the end of at least
 //!    nine in ten demonstrations.
 //!
+//! Objects may have attributes ([`learn_attributed`]). A kind is divided by one where what is done to its objects differs by it.
+//!
 //! A single demonstration cannot show which coordinates vary. From one demonstration, the states are those of the paper's
 //! method. The goal is then the conjunction of all states that some action achieves and that hold at the end for more
 //! objects than before.
@@ -54,6 +56,7 @@
 //! where the recording does not name it, failed attempts teach no action, and the goal is chosen from the demonstrations.
 
 mod attempts;
+mod attributes;
 mod gaussian;
 mod infer;
 mod linkage;
@@ -72,16 +75,17 @@ pub use crate::task::domain::distance::{
     PAPER_EXPONENT, check_exponent, distance_matrix, p_distance,
 };
 pub use attempts::MOVED_M;
+pub use attributes::divide;
 pub use gaussian::{PoseGaussian, robust_mean};
 pub use linkage::{Dendrogram, MAX_POINTS, Merge};
 pub use remark::{NoGoal, Remark};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
-use crate::task::domain::{Provenance, RelationalDomain};
+use crate::task::domain::{Provenance, RelationalDomain, SubKinds};
 use crate::task::error::TaskError;
 use crate::task::event::{Ignore, Observer};
-use crate::task::recording::Recording;
+use crate::task::recording::{Attributes, Recording};
 
 /// How states and operators are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -193,6 +197,24 @@ pub struct Learned {
 /// * [`TaskError::TooManyPoses`] for more than [`MAX_POINTS`] poses of one kind.
 pub fn learn(recording: &Recording, settings: &Settings) -> Result<Learned, TaskError> {
     learn_observed(recording, settings, &mut Ignore)
+}
+
+/// Learns a domain from a recording whose objects have attributes. Kinds are divided by an attribute first, where what is done to
+/// their objects differs by it ([`divide`]); `recording` then has the parts as kinds.
+///
+/// # Errors
+/// As [`learn`].
+pub fn learn_attributed(
+    recording: &mut Recording,
+    attributes: &Attributes,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Learned, TaskError> {
+    let sub_kinds = divide(recording, attributes);
+    SubKinds::apply(&sub_kinds, recording, attributes);
+    let mut learned = learn_observed(recording, settings, observer)?;
+    learned.domain.sub_kinds = sub_kinds;
+    Ok(learned)
 }
 
 /// Learns a domain, as [`learn`] does, and sends an [`Event::Learning`](super::event::Event::Learning) to `observer` before

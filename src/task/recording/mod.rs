@@ -1,5 +1,6 @@
 //! Recordings of demonstrations: the poses of all objects at moments chosen by the recorder.
 
+mod attributes;
 mod read;
 mod sensing;
 mod write;
@@ -10,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
 
+pub use attributes::{Attribute, Attributes, ObjectAttributes};
 pub use sensing::Sensing;
 
 /// Maximum length of a name, in characters.
@@ -83,6 +85,11 @@ impl Recording {
     /// Returns the number of snapshots in all demonstrations.
     pub fn snapshot_count(&self) -> usize {
         self.demos.iter().map(|d| d.snapshots.len()).sum()
+    }
+
+    /// Returns a recording with a scene as its only snapshot.
+    pub fn of_scene(scene: Snapshot) -> Self {
+        Self { demos: vec![Demonstration { number: 0, snapshots: vec![scene] }] }
     }
 
     /// Returns a recording of only the demonstrations for which `keep` returns true.

@@ -1,13 +1,15 @@
 //! Reads recordings and single scenes from JSON. Every error names the file, line and field.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Demonstration, Labels, MAX_NAME, ObjectPose, Recording, Snapshot, SnapshotEvent};
+use super::{
+    Attributes, Demonstration, Labels, MAX_NAME, ObjectPose, Recording, Snapshot, SnapshotEvent,
+};
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
@@ -36,6 +38,7 @@ struct RawObject<'a> {
     kind: Cow<'a, str>,
     position: [f64; 3],
     orientation: [f64; 4],
+    attributes: Option<BTreeMap<String, serde_json::Value>>,
 }
 
 /// Largest accepted deviation of an orientation's norm from 1. Files contain rounded numbers.
@@ -93,6 +96,16 @@ impl Recording {
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
+    /// Reads a recording and, separately, the attributes of its objects.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read_attributed(path: &Path) -> Result<(Self, Attributes), TaskError> {
+        let bytes = read_file(path, Limit::RECORDING)?;
+        let (recording, _, attributes) = Self::parse_whole(&bytes, &path.display().to_string())?;
+        Ok((recording, attributes))
+    }
+
     /// Reads a recording from the bytes of a file. `file` is the file's name in error messages. Never panics.
     ///
     /// # Errors
@@ -100,6 +113,16 @@ impl Recording {
     /// has a number that is not finite, has an orientation that is not a unit quaternion, uses an id twice, or is out
     /// of order.
     pub fn parse(bytes: &[u8], file: &str) -> Result<(Self, Labels), InputFault> {
+        let (recording, labels, _) = Self::parse_whole(bytes, file)?;
+        Ok((recording, labels))
+    }
+
+    /// Reads a recording from the bytes of a file, with a person's labels for the actions and the attributes of the objects.
+    ///
+    /// # Errors
+    /// As [`Recording::parse`], and if an attribute is neither a word nor a number, or changes in a demonstration.
+    pub fn parse_whole(bytes: &[u8], file: &str) -> Result<(Self, Labels, Attributes), InputFault> {
+        let mut attributes = Attributes::default();
         let nowhere = Place { file, line: None };
         let mut recording = Self::default();
         let mut labels = Labels::new();
@@ -128,8 +151,10 @@ impl Recording {
             let number = required("demo", raw.demo)?;
             let snapshot_number = required("snapshot", raw.snapshot)?;
             let label = raw.next_action.take();
-            let snapshot = check_snapshot(raw, snapshot_number, place, &mut words)?;
             let new = recording.demos.last().is_none_or(|d| d.number != number);
+            let demo = recording.demos.len() - usize::from(!new);
+            let noted = (&mut attributes, demo);
+            let snapshot = check_snapshot(raw, snapshot_number, place, &mut words, noted)?;
             if new {
                 if !seen.insert(number) {
                     let problem = format!("demonstration {number} continues after another one");
@@ -166,7 +191,7 @@ impl Recording {
         if recording.demos.is_empty() {
             return Err(nowhere.fault("", "it holds no snapshot", "one JSON object per line"));
         }
-        Ok((recording, labels))
+        Ok((recording, labels, attributes))
     }
 }
 
@@ -185,6 +210,23 @@ impl Snapshot {
     /// # Errors
     /// [`InputFault`] if the bytes are not exactly one valid snapshot.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
+        Ok(Self::parse_attributed(bytes, file)?.0)
+    }
+
+    /// Reads a single scene and, separately, the attributes of its objects from a file, or from standard input if `path` is `-`.
+    ///
+    /// # Errors
+    /// As [`Snapshot::read`].
+    pub fn read_attributed(path: &Path) -> Result<(Self, Attributes), TaskError> {
+        let bytes = read_file(path, Limit::SCENE)?;
+        Ok(Self::parse_attributed(&bytes, &path.display().to_string())?)
+    }
+
+    /// Reads a single scene and, separately, the attributes of its objects from the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`Snapshot::parse`], and if an attribute is neither a word nor a number.
+    pub fn parse_attributed(bytes: &[u8], file: &str) -> Result<(Self, Attributes), InputFault> {
         let place = Place { file, line: None };
         let text = utf8(bytes, place)?;
         let mut stream = serde_json::Deserializer::from_str(text).into_iter::<RawSnapshot<'_>>();
@@ -197,7 +239,10 @@ impl Snapshot {
             return Err(place.fault("", "it holds more than one snapshot", "exactly one snapshot"));
         }
         let number = raw.snapshot.unwrap_or(0);
-        check_snapshot(raw, number, place, &mut HashSet::new())
+        let mut attributes = Attributes::default();
+        let noted = (&mut attributes, 0);
+        let scene = check_snapshot(raw, number, place, &mut HashSet::new(), noted)?;
+        Ok((scene, attributes))
     }
 }
 
@@ -241,12 +286,14 @@ fn shared(words: &mut HashSet<Arc<str>>, word: &str) -> Arc<str> {
     new
 }
 
-/// Checks a snapshot. `words` are the ids and kinds of the file so far.
+/// Checks a snapshot. `words` are the ids and kinds of the file so far. Attributes are noted for the demonstration of this
+/// index.
 fn check_snapshot(
     raw: RawSnapshot<'_>,
     number: u64,
     place: Place<'_>,
     words: &mut HashSet<Arc<str>>,
+    (attributes, demo): (&mut Attributes, usize),
 ) -> Result<Snapshot, InputFault> {
     if let Some(t) = raw.t
         && !t.is_finite()
@@ -273,6 +320,11 @@ fn check_snapshot(
         if ids.insert(id.clone(), index).is_some() {
             let problem = format!("the id `{id}` is used twice");
             return Err(place.fault(field("id"), problem, "each id once per snapshot"));
+        }
+        if let Some(own) = object.attributes {
+            attributes.read(demo, &id, own).map_err(|(name, problem, expected)| {
+                place.fault(field(&format!("attributes.{name}")), problem, expected)
+            })?;
         }
         objects.push(ObjectPose { id, kind, pose });
     }
@@ -312,9 +364,15 @@ fn check_pose(
     }
     let norm = orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
     if !norm.is_finite() || (norm - 1.0).abs() > NORM_TOLERANCE {
+        let greatest = orientation.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        let angles = match greatest {
+            g if g > std::f64::consts::TAU => ": the numbers are probably angles in degrees",
+            g if g > 1.5 => ": the numbers are probably angles",
+            _ => "",
+        };
         return Err(place.fault(
             field("orientation"),
-            format!("its norm is {norm}"),
+            format!("its norm is {norm}{angles}"),
             format!("a unit quaternion [x, y, z, w] (norm 1 within {NORM_TOLERANCE})"),
         ));
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::task::error::TaskError;
 
-use super::{Labels, ObjectPose, Recording, Snapshot, SnapshotEvent};
+use super::{Attributes, Labels, ObjectAttributes, ObjectPose, Recording, Snapshot, SnapshotEvent};
 
 #[derive(Serialize)]
 struct Line<'a> {
@@ -31,15 +31,18 @@ struct LineObject<'a> {
     kind: &'a str,
     position: [f64; 3],
     orientation: [f64; 4],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    attributes: Option<&'a ObjectAttributes>,
 }
 
 impl<'a> Line<'a> {
-    fn of(snapshot: &'a Snapshot) -> Self {
+    fn of(snapshot: &'a Snapshot, attributes: Option<(&'a Attributes, usize)>) -> Self {
         let object = |o: &'a ObjectPose| LineObject {
             id: &o.id,
             kind: &o.kind,
             position: o.pose.position,
             orientation: o.pose.orientation,
+            attributes: attributes.and_then(|(all, demo)| all.get(demo, &o.id)),
         };
         Self {
             demo: None,
@@ -63,6 +66,19 @@ impl Recording {
     /// # Errors
     /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
     pub fn to_jsonl(&self, labels: Option<&Labels>) -> Result<String, TaskError> {
+        self.to_jsonl_attributed(labels, &Attributes::default())
+    }
+
+    /// Writes the recording as [`Recording::to_jsonl`] does, with the attributes of the objects.
+    ///
+    /// # Errors
+    /// As [`Recording::to_jsonl`].
+    pub fn to_jsonl_attributed(
+        &self,
+        labels: Option<&Labels>,
+        attributes: &Attributes,
+    ) -> Result<String, TaskError> {
+        let noted = (!attributes.is_empty()).then_some(attributes);
         let mut text = String::new();
         for (d, demo) in self.demos.iter().enumerate() {
             for (s, snapshot) in demo.snapshots.iter().enumerate() {
@@ -73,7 +89,7 @@ impl Recording {
                         .and_then(|l| l.get(d))
                         .and_then(|l| l.get(s))
                         .and_then(Option::as_deref),
-                    ..Line::of(snapshot)
+                    ..Line::of(snapshot, noted.map(|all| (all, d)))
                 };
                 let _ = writeln!(text, "{}", line.text("the recording")?);
             }
@@ -88,6 +104,6 @@ impl Snapshot {
     /// # Errors
     /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
     pub fn to_json(&self) -> Result<String, TaskError> {
-        Line::of(self).text("the scene")
+        Line::of(self, None).text("the scene")
     }
 }

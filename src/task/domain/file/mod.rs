@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use super::{
     Condition, Displacement, FrameState, GoalTerm, Need, NeedVerdict, Provenance, Quantity,
-    RelationalDomain, RelationalOperator, SideEffect, Subject,
+    RelationalDomain, RelationalOperator, SideEffect, SubKinds, Subject,
 };
 use crate::files::{Limit, read_file};
 use crate::task::error::{InputFault, TaskError, json_problem};
@@ -41,6 +41,9 @@ struct DomainFile {
     goals: Vec<GoalEntry>,
     states: Vec<FrameState>,
     operators: Vec<OperatorEntry>,
+    /// Kinds that are divided by an attribute.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    sub_kinds: Vec<SubKinds>,
 }
 
 /// For each of which objects a term of the goal asks.
@@ -216,6 +219,7 @@ impl From<&RelationalDomain> for DomainFile {
             goals: domain.goals.iter().map(goal).collect(),
             states: domain.states.clone(),
             operators: domain.operators.iter().map(operator).collect(),
+            sub_kinds: domain.sub_kinds.clone(),
         }
     }
 }
@@ -284,6 +288,7 @@ impl DomainFile {
             noise_m: self.noise_m,
             noise_rad: self.noise_rad,
             provenance: self.provenance,
+            sub_kinds: self.sub_kinds,
         };
         Ok(domain.fault().map_or(Ok(domain), Err)?)
     }

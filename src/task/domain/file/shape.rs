@@ -9,7 +9,9 @@ use crate::task::domain::{FrameState, Place, Provenance};
 
 /// Paths of values that must be objects. They are checked here because serde also accepts a list of the field values in
 /// order. `[]` stands for every entry of a list. Each version has some of them.
-const OBJECTS: [&[&str]; 18] = [
+const OBJECTS: [&[&str]; 20] = [
+    &["sub_kinds", "[]"],
+    &["sub_kinds", "[]", "of", "[]"],
     &["provenance"],
     &["provenance", "clusters", "[]"],
     &["goals", "[]"],

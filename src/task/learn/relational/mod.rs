@@ -92,6 +92,7 @@ pub(super) fn learn(
         noise_m: motion.noise.position_m,
         noise_rad: motion.noise.angle_rad,
         provenance: settings.provenance(recording),
+        sub_kinds: Vec::new(),
     };
     domain.check()?;
     let mut remarks = Vec::new();

@@ -1,0 +1,166 @@
+//! Doubts about recordings: what is implausible in the data, or disagrees within it, and which reading would make sense.
+//!
+//! [`doubts`] examines a [`Recording`], [`doubts_of_tracks`] poses over time that are not yet one. Neither changes anything.
+//! Each [`Doubt`] says what was seen, with figures, which reading would make sense, and how to ask for it.
+//!
+//! Thresholds come from the spread of the data itself, whose noise is estimated, and from what is possible where one hand works;
+//! the constants give their reasons.
+
+mod compare;
+mod frame;
+mod kind;
+mod moves;
+mod scale;
+mod turns;
+mod view;
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::task::recording::Recording;
+pub use kind::DoubtKind;
+use view::View;
+
+/// Something doubtful in a recording. It displays as one sentence.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Doubt {
+    /// What is doubtful.
+    pub kind: DoubtKind,
+    /// Where: demonstration, snapshot, object. Empty if it is everywhere.
+    pub place: String,
+    /// What was seen, with figures.
+    pub seen: String,
+    /// The reading that would make sense.
+    pub reading: String,
+    /// How to ask for that reading.
+    pub ask: String,
+}
+
+impl Doubt {
+    fn new(kind: DoubtKind, place: impl Into<String>, seen: impl Into<String>) -> Self {
+        let (_, reading, ask) = kind.words();
+        let (place, seen) = (place.into(), seen.into());
+        Self { kind, place, seen, reading: reading.into(), ask: ask.into() }
+    }
+
+    fn reading(self, reading: impl Into<String>) -> Self {
+        Self { reading: reading.into(), ..self }
+    }
+
+    fn ask(self, ask: impl Into<String>) -> Self {
+        Self { ask: ask.into(), ..self }
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.place.is_empty() {
+            write!(f, "{}: ", self.place)?;
+        }
+        write!(f, "{}; {}; {}", self.seen, self.reading, self.ask)
+    }
+}
+
+/// The poses of one object over time, as a log has them.
+#[derive(Debug, Clone, Copy)]
+pub struct PoseTrack<'a> {
+    /// Number of the session: tracks of one session are examined together.
+    pub session: u64,
+    /// Id of the object.
+    pub id: &'a str,
+    /// Kind of the object.
+    pub kind: &'a str,
+    /// Times, in seconds.
+    pub times_s: &'a [f64],
+    /// Positions in metres, one for each time.
+    pub positions: &'a [[f64; 3]],
+    /// Orientations as quaternions `[x, y, z, w]`, one for each time, or none.
+    pub orientations: &'a [[f64; 4]],
+}
+
+/// Greatest number of doubts of one kind that are returned. More of them say nothing new.
+const MOST_OF_A_KIND: usize = 5;
+
+/// Returns what is doubtful in a recording. The cost grows with the number of poses, and with the square of the number of
+/// objects in a snapshot.
+///
+/// ```
+/// use symbolt::sim::Seed;
+/// use symbolt::study::worlds;
+/// use symbolt::doubt::{DoubtKind, doubts};
+///
+/// let mut recording = worlds::named("tower").expect("a world").record(5, Seed::new(1));
+/// assert!(doubts(&recording).is_empty());
+/// for demo in &mut recording.demos {
+///     for object in demo.snapshots.iter_mut().flat_map(|s| &mut s.objects) {
+///         object.pose.position = object.pose.position.map(|metres| 1000.0 * metres);
+///     }
+/// }
+/// assert_eq!(doubts(&recording)[0].kind, DoubtKind::LengthUnit);
+/// ```
+pub fn doubts(recording: &Recording) -> Vec<Doubt> {
+    examine(&View::of(recording))
+}
+
+/// Returns what is doubtful in tracks: what [`doubts`] finds in their poses at up to 64 moments of each session, and what only
+/// tracks can have, such as norms and times. Times, positions and orientations beyond the shortest list are left out.
+pub fn doubts_of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
+    let mut all = scale::of_tracks(tracks);
+    let unsound = all.iter().any(|d| d.kind == DoubtKind::AngleUnit);
+    all.extend(examine(&View::of_tracks(tracks, unsound)));
+    limited(all)
+}
+
+fn examine(view: &View<'_>) -> Vec<Doubt> {
+    let mut all = scale::units(view);
+    // In a wrong unit, lengths say nothing else.
+    if all.is_empty() {
+        all.extend(frame::up(view));
+        if all.is_empty() {
+            all.extend(turns::order(view));
+        }
+        // What follows takes the frame for right.
+        let upright = all.is_empty();
+        all.extend(frame::camera(view));
+        if upright {
+            all.extend(turns::handed(view));
+        }
+        let still = !all.iter().any(|d| d.kind == DoubtKind::MovingCamera);
+        if still {
+            all.extend(moves::moves(view));
+            all.extend(compare::demonstrations(view));
+        }
+    }
+    let metric = !all.iter().any(|d| d.kind == DoubtKind::LengthUnit);
+    all.extend(scale::times(view, metric));
+    // A single snapshot is a scene.
+    if view.demos.len() == 1 && view.demos[0].len() > 1 && !view.tracks {
+        all.push(Doubt::new(DoubtKind::FewDemonstrations, "", "there is one demonstration"));
+    }
+    limited(all)
+}
+
+/// Escapes control characters.
+fn printable(text: String) -> String {
+    if !text.contains(char::is_control) {
+        return text;
+    }
+    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    text.chars().map(escape).collect()
+}
+
+/// Keeps the first doubts of each kind.
+fn limited(all: Vec<Doubt>) -> Vec<Doubt> {
+    let mut kept: Vec<Doubt> = Vec::new();
+    for doubt in all {
+        let same = kept.iter().filter(|d| d.kind == doubt.kind);
+        if same.count() < MOST_OF_A_KIND && !kept.contains(&doubt) {
+            // Ids come from files, and sentences go to terminals.
+            let Doubt { kind, place, seen, reading, ask } = doubt;
+            let [place, seen, reading, ask] = [place, seen, reading, ask].map(printable);
+            kept.push(Doubt { kind, place, seen, reading, ask });
+        }
+    }
+    kept
+}

@@ -1,0 +1,252 @@
+//! A recording as the doubts see it: the pose of each object in each snapshot, when it rests, and how noisy poses are.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::PoseTrack;
+use crate::robot::Pose;
+use crate::task::recording::{Demonstration, Recording, SnapshotEvent};
+
+/// A pose with its rotation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    pub at: Vector3<f64>,
+    pub turn: UnitQuaternion<f64>,
+}
+
+/// An object in a demonstration.
+pub(super) struct Object<'a> {
+    pub id: &'a str,
+    pub kind: &'a str,
+    /// Its pose in each snapshot; `None` where it is missing.
+    pub seen: Vec<Option<Seen>>,
+}
+
+/// A demonstration.
+pub(super) struct Demo<'a> {
+    pub number: u64,
+    pub times_s: Vec<Option<f64>>,
+    pub events: Vec<Option<SnapshotEvent>>,
+    pub objects: Vec<Object<'a>>,
+    /// The holds, in order.
+    pub holds: Vec<Hold>,
+}
+
+/// A time for which the hand held an object, as recorded.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hold {
+    /// Index of the named object, if any.
+    pub object: Option<usize>,
+    /// Snapshot of the contact.
+    pub from: usize,
+    /// Snapshot of the release.
+    pub released: usize,
+    /// Snapshot after the release, when the object had come to rest.
+    pub to: usize,
+}
+
+/// All demonstrations.
+pub(super) struct View<'a> {
+    pub demos: Vec<Demo<'a>>,
+    /// Whether the recording has events.
+    pub events: bool,
+    /// Whether it is made of tracks.
+    pub tracks: bool,
+    /// Standard deviation of the coordinates of objects that rest, in metres.
+    pub noise_m: f64,
+    /// Standard deviation of the angle of objects that rest, in radians.
+    pub noise_rad: f64,
+}
+
+/// Greatest noise of a pose that is of use, in metres and radians.
+const NOISIEST_M: f64 = 5e-3;
+const NOISIEST_RAD: f64 = 0.1;
+/// Moments of a session that are looked at, where a log has many.
+const MOMENTS: usize = 64;
+
+impl Seen {
+    pub fn of(pose: &Pose) -> Self {
+        let [x, y, z, w] = pose.orientation;
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        Self { at: Vector3::from(pose.position), turn }
+    }
+}
+
+impl Object<'_> {
+    pub fn first(&self) -> Option<Seen> {
+        self.seen.iter().copied().flatten().next()
+    }
+
+    pub fn last(&self) -> Option<Seen> {
+        self.seen.iter().rev().copied().flatten().next()
+    }
+
+    /// Pose in a snapshot or, if the object is missing, the last one before it.
+    pub fn by(&self, snapshot: usize) -> Option<Seen> {
+        self.seen[..=snapshot].iter().rev().copied().flatten().next()
+    }
+
+    /// Pose in a snapshot or the first one after it.
+    pub fn since(&self, snapshot: usize) -> Option<Seen> {
+        self.seen[snapshot..].iter().copied().flatten().next()
+    }
+}
+
+impl<'a> Demo<'a> {
+    fn new(demo: &'a Demonstration) -> Self {
+        let count = demo.snapshots.len();
+        let mut objects: Vec<Object<'a>> = Vec::new();
+        let mut known: BTreeMap<&str, usize> = BTreeMap::new();
+        for (s, snapshot) in demo.snapshots.iter().enumerate() {
+            for o in &snapshot.objects {
+                let index = *known.entry(&o.id).or_insert_with(|| {
+                    objects.push(Object { id: &o.id, kind: &o.kind, seen: vec![None; count] });
+                    objects.len() - 1
+                });
+                objects[index].seen[s] = Some(Seen::of(&o.pose));
+            }
+        }
+        let named = |s: usize| {
+            let snapshot = &demo.snapshots[s];
+            known.get(&*snapshot.objects.get(snapshot.object?)?.id).copied()
+        };
+        let mut holds = Vec::new();
+        let mut open: Option<(Option<usize>, usize)> = None;
+        for (s, snapshot) in demo.snapshots.iter().enumerate() {
+            match (snapshot.event, open) {
+                (Some(SnapshotEvent::Contact), _) => open = Some((named(s), s)),
+                (Some(SnapshotEvent::Release), Some((object, from))) => {
+                    holds.push(Hold { object, from, released: s, to: (s + 1).min(count - 1) });
+                    open = None;
+                }
+                _ => {}
+            }
+        }
+        Self {
+            number: demo.number,
+            times_s: demo.snapshots.iter().map(|s| s.time_s).collect(),
+            events: demo.snapshots.iter().map(|s| s.event).collect(),
+            objects,
+            holds,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Returns whether the hand holds something between a snapshot and the next.
+    pub fn held(&self, snapshot: usize) -> bool {
+        self.holds.iter().any(|h| h.from <= snapshot && snapshot < h.released)
+    }
+}
+
+impl<'a> View<'a> {
+    pub fn of(recording: &'a Recording) -> Self {
+        let demos: Vec<Demo<'a>> =
+            recording.demos.iter().filter(|d| !d.snapshots.is_empty()).map(Demo::new).collect();
+        let events = demos.iter().any(|d| d.events.iter().any(Option::is_some));
+        Self::with_noise(demos, events, false)
+    }
+
+    /// A view of tracks, without their orientations if `upright` is set.
+    pub fn of_tracks(tracks: &[PoseTrack<'a>], upright: bool) -> Self {
+        let mut sessions: BTreeMap<u64, Vec<&PoseTrack<'a>>> = BTreeMap::new();
+        tracks.iter().for_each(|track| sessions.entry(track.session).or_default().push(track));
+        let demos = sessions.into_iter().filter_map(|(number, tracks)| {
+            let ends =
+                |track: &&PoseTrack<'a>| Some((*track.times_s.first()?, *track.times_s.last()?));
+            let (starts, stops): (Vec<f64>, Vec<f64>) = tracks.iter().filter_map(ends).unzip();
+            let from = starts.into_iter().filter(|t| t.is_finite()).reduce(f64::min)?;
+            let to = stops.into_iter().filter(|t| t.is_finite()).reduce(f64::max)?;
+            let at = |i: usize| from + (to - from) * i as f64 / (MOMENTS - 1) as f64;
+            let object = |track: &&PoseTrack<'a>| {
+                let count = track.times_s.len().min(track.positions.len());
+                let seen = |i: usize| {
+                    let next = track.times_s[..count].partition_point(|t| *t < at(i));
+                    let near = next.min(count.checked_sub(1)?);
+                    // Farther from the moment than two moments, the object is missing.
+                    let far =
+                        (track.times_s[near] - at(i)).abs() > 2.0 * (to - from) / MOMENTS as f64;
+                    let [x, y, z, w] = match track.orientations.get(near) {
+                        Some(q) if !upright => *q,
+                        _ => [0.0, 0.0, 0.0, 1.0],
+                    };
+                    let turn = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9)?;
+                    let at = Vector3::from(track.positions[near]);
+                    let finite = at.iter().chain(turn.coords.iter()).all(|v| v.is_finite());
+                    (finite && !far).then_some(Seen { at, turn })
+                };
+                Object { id: track.id, kind: track.kind, seen: (0..MOMENTS).map(seen).collect() }
+            };
+            Some(Demo {
+                number,
+                times_s: vec![None; MOMENTS],
+                events: vec![None; MOMENTS],
+                objects: tracks.iter().map(object).collect(),
+                holds: Vec::new(),
+            })
+        });
+        Self::with_noise(demos.collect(), false, true)
+    }
+
+    fn with_noise(demos: Vec<Demo<'a>>, events: bool, tracks: bool) -> Self {
+        let (mut steps, mut turns) = (Vec::new(), Vec::new());
+        for object in demos.iter().flat_map(|d| &d.objects) {
+            for pair in object.seen.windows(2) {
+                if let [Some(a), Some(b)] = pair {
+                    steps.push((a.at - b.at).norm());
+                    turns.push(a.turn.angle_to(&b.turn));
+                }
+            }
+        }
+        // Most objects rest, so the median difference of two poses is noise. It is about 2.2 standard deviations.
+        // More than the limits is no noise of a pose: everything moves.
+        let noise_m = (middle(&mut steps) / 2.2).min(NOISIEST_M);
+        let noise_rad = (middle(&mut turns) / 2.2).min(NOISIEST_RAD);
+        Self { demos, events, tracks, noise_m, noise_rad }
+    }
+
+    /// Distance within which two poses are the same, in metres.
+    pub fn same_m(&self) -> f64 {
+        1e-3 + 6.0 * self.noise_m
+    }
+
+    /// Distance beyond which an object was moved on purpose or by mistake, in metres: a hand does not slip so far.
+    pub fn far_m(&self) -> f64 {
+        0.03 + 6.0 * self.noise_m
+    }
+
+    /// The poses at the start of all demonstrations: demonstration, object and pose.
+    pub fn starts(&self) -> impl Iterator<Item = (usize, &Object<'a>, Seen)> {
+        let demos = self.demos.iter().enumerate();
+        demos.flat_map(|(d, demo)| {
+            demo.objects.iter().filter_map(move |o| Some((d, o, (*o.seen.first()?)?)))
+        })
+    }
+
+    /// The poses at the start, by kind.
+    pub fn starts_by_kind(&self) -> BTreeMap<&'a str, Vec<(usize, Seen)>> {
+        let mut kinds: BTreeMap<&str, Vec<(usize, Seen)>> = BTreeMap::new();
+        for (d, object, seen) in self.starts() {
+            kinds.entry(object.kind).or_default().push((d, seen));
+        }
+        kinds
+    }
+}
+
+/// The median; 0 of nothing.
+pub(super) fn middle(values: &mut [f64]) -> f64 {
+    let half = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
+}
+
+/// The difference of the ninth and the first decile: a spread that a few strangers do not change.
+pub(super) fn spread(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    let at = |share: f64| values.get((share * last as f64).round() as usize).copied();
+    at(0.9).zip(at(0.1)).map_or(0.0, |(high, low)| high - low)
+}

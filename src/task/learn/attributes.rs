@@ -1,0 +1,302 @@
+//! Divides kinds by an attribute, where what is done to their objects differs by it.
+//!
+//! What is done to an object is where it ends: beside which fixed object, or in which region, or that it stays. An attribute
+//! decides if it predicts this without exception: each word has one outcome, or numbers below a threshold have another outcome than
+//! those above. That must be less likely by chance than one in twenty, whatever attribute and outcome are compared.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::task::domain::{SubKind, SubKinds};
+use crate::task::recording::{Attribute, Attributes, ObjectAttributes, Recording};
+
+/// Least probability at which a difference is taken for chance, as for places.
+const CHANCE: f64 = 0.05;
+/// Distance beyond which an object was moved, in metres. A knock is less.
+const MOVED_M: f64 = 0.02;
+/// Least gap between two regions in which objects end, in metres, and least ratio to the next gap.
+const GAP: (f64, f64) = (0.08, 2.0);
+/// Greatest number of outcomes that are told apart.
+const MOST_OUTCOMES: usize = 6;
+
+/// An object in a demonstration.
+struct Case<'r> {
+    demo: usize,
+    id: &'r str,
+    kind: &'r Arc<str>,
+    attributes: Option<&'r ObjectAttributes>,
+    moved: bool,
+    end: Vector3<f64>,
+}
+
+/// An attribute that predicts outcomes: the probability by chance, and the parts.
+struct Division {
+    chance: f64,
+    attribute: String,
+    parts: Vec<(String, SubKind)>,
+}
+
+/// Returns the kinds to divide, and how. Without attributes there are none.
+pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
+    if attributes.is_empty() {
+        return Vec::new();
+    }
+    let cases = cases(recording, attributes);
+    let moving: BTreeSet<&str> = cases.iter().filter(|c| c.moved).map(|c| &**c.kind).collect();
+    let mut names: BTreeSet<String> = cases.iter().map(|c| c.kind.to_string()).collect();
+    let mut all: Vec<SubKinds> = Vec::new();
+    for kind in &moving {
+        let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == *kind).collect();
+        all.extend(best(kind, &own, &outcomes(&own, &cases, &moving), &mut names));
+    }
+    // What is done to a fixed object is what is put beside it.
+    let part = |case: &Case<'_>| {
+        let divided = all.iter().find(|s| *s.kind == **case.kind)?;
+        let value = case.attributes?.get(&divided.attribute)?;
+        divided.of.iter().find(|part| part.has(value)).map(|part| part.name.clone())
+    };
+    let fixed: BTreeSet<&str> =
+        cases.iter().map(|c| &**c.kind).filter(|kind| !moving.contains(kind)).collect();
+    let mut more = Vec::new();
+    for kind in fixed {
+        let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == kind).collect();
+        let received: Vec<Option<String>> = own
+            .iter()
+            .map(|to| {
+                let put = cases.iter().filter(|c| c.moved && c.demo == to.demo);
+                let put =
+                    put.filter(|c| nearest(c, &cases, &moving).is_some_and(|n| n.id == to.id));
+                let parts: BTreeSet<Option<String>> = put.map(part).collect();
+                parts.into_iter().reduce(|_, _| None).flatten()
+            })
+            .collect();
+        more.extend(best(kind, &own, &[received], &mut names));
+    }
+    all.extend(more);
+    all
+}
+
+fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {
+    let mut all = Vec::new();
+    for (demo, demonstration) in recording.demos.iter().enumerate() {
+        let mut ends: BTreeMap<&str, (&Arc<str>, [Vector3<f64>; 2])> = BTreeMap::new();
+        for object in demonstration.snapshots.iter().flat_map(|s| &s.objects) {
+            let at = Vector3::from(object.pose.position);
+            ends.entry(&object.id).or_insert((&object.kind, [at; 2])).1[1] = at;
+        }
+        all.extend(ends.into_iter().map(|(id, (kind, [start, end]))| {
+            let (attributes, moved) = (attributes.get(demo, id), (end - start).norm() > MOVED_M);
+            Case { demo, id, kind, attributes, moved, end }
+        }));
+    }
+    all
+}
+
+/// Returns the nearest object of a kind that never moves, where an object ends.
+fn nearest<'c, 'r>(
+    of: &Case<'_>,
+    cases: &'c [Case<'r>],
+    moving: &BTreeSet<&str>,
+) -> Option<&'c Case<'r>> {
+    let fixed = cases.iter().filter(|c| c.demo == of.demo && !moving.contains(&**c.kind));
+    fixed.min_by(|a, b| (a.end - of.end).norm().total_cmp(&(b.end - of.end).norm()))
+}
+
+/// Returns what is done to each object, as seen in several ways; `None` for an object that a way says nothing of.
+fn outcomes(
+    own: &[&Case<'_>],
+    cases: &[Case<'_>],
+    moving: &BTreeSet<&str>,
+) -> Vec<Vec<Option<String>>> {
+    let near: Vec<Option<&Case<'_>>> =
+        own.iter().map(|c| nearest(c, cases, moving).filter(|_| c.moved)).collect();
+    let of = |label: &dyn Fn(&Case<'_>) -> Option<String>| -> Vec<Option<String>> {
+        near.iter().map(|n| n.and_then(label)).collect()
+    };
+    let mut all = vec![
+        own.iter().map(|c| Some(c.moved.to_string())).collect(),
+        of(&|n| Some(n.kind.to_string())),
+        of(&|n| Some(n.id.to_string())),
+    ];
+    let named = near.iter().flatten().filter_map(|n| n.attributes).flat_map(|a| a.keys());
+    for name in named.collect::<BTreeSet<_>>() {
+        all.push(of(&|n| match n.attributes?.get(name)? {
+            Attribute::Word(word) => Some(word.clone()),
+            Attribute::Number(number) => Some(number.to_string()),
+        }));
+    }
+    for axis in 0..3 {
+        let mut ends: Vec<f64> = own.iter().filter(|c| c.moved).map(|c| c.end[axis]).collect();
+        ends.sort_by(f64::total_cmp);
+        let mut gaps: Vec<(f64, f64)> =
+            ends.windows(2).map(|e| (e[1] - e[0], 0.5 * (e[0] + e[1]))).collect();
+        gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let next = gaps.get(1).map_or(0.0, |gap| gap.0);
+        if let Some((gap, cut)) = gaps.first().filter(|g| g.0 > GAP.0 && g.0 > GAP.1 * next) {
+            debug_assert!(*gap > 0.0);
+            let side = |c: &&Case<'_>| c.moved.then(|| (c.end[axis] < *cut).to_string());
+            all.push(own.iter().map(side).collect());
+        }
+    }
+    all
+}
+
+/// Returns the division of a kind that is least likely by chance, if any is unlikely enough.
+fn best(
+    kind: &str,
+    own: &[&Case<'_>],
+    outcomes: &[Vec<Option<String>>],
+    names: &mut BTreeSet<String>,
+) -> Option<SubKinds> {
+    let known = own.iter().filter_map(|c| c.attributes).flat_map(|a| a.keys());
+    let attributes: BTreeSet<&String> = known.collect();
+    let tests = (attributes.len() * outcomes.len()) as f64;
+    let mut found: Vec<Division> = Vec::new();
+    for attribute in attributes {
+        let values: Option<Vec<&Attribute>> =
+            own.iter().map(|c| c.attributes?.get(attribute)).collect();
+        // An object without the attribute could belong anywhere.
+        let Some(values) = values else { continue };
+        for outcome in outcomes {
+            let shown: Vec<(&Attribute, &str)> = (values.iter().zip(outcome))
+                .filter_map(|(value, outcome)| Some((*value, outcome.as_deref()?)))
+                .collect();
+            found.extend(division(attribute, &shown));
+        }
+    }
+    found.retain(|d| d.chance * tests < CHANCE);
+    found.sort_by(|a, b| a.chance.total_cmp(&b.chance));
+    let mut found = found.into_iter();
+    let Division { attribute, parts, .. } = found.next()?;
+    let also: BTreeSet<String> = found.map(|d| d.attribute).filter(|a| *a != attribute).collect();
+    let of = parts.into_iter().map(|(ending, part)| {
+        let mut name = format!("{kind}_{ending}");
+        while !names.insert(name.clone()) {
+            name.push_str("_2");
+        }
+        SubKind { name, ..part }
+    });
+    Some(SubKinds {
+        kind: kind.into(),
+        attribute,
+        of: of.collect(),
+        also: also.into_iter().collect(),
+    })
+}
+
+/// Returns how an attribute divides objects with these values and outcomes; `None` if it does not predict the outcome.
+fn division(attribute: &str, shown: &[(&Attribute, &str)]) -> Option<Division> {
+    let mut sizes: BTreeMap<&str, usize> = BTreeMap::new();
+    shown.iter().for_each(|(_, outcome)| *sizes.entry(outcome).or_default() += 1);
+    if !(2..=MOST_OUTCOMES).contains(&sizes.len()) {
+        return None;
+    }
+    let part = |words: Vec<String>, from, below, count| SubKind {
+        name: String::new(),
+        words,
+        from,
+        below,
+        count,
+    };
+    let words: Option<Vec<(&str, &str)>> = (shown.iter())
+        .map(|(value, outcome)| match value {
+            Attribute::Word(word) => Some((word.as_str(), *outcome)),
+            Attribute::Number(_) => None,
+        })
+        .collect();
+    if let Some(words) = words {
+        let mut of: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
+        for (word, outcome) in words {
+            let entry = of.entry(word).or_insert((outcome, 0));
+            if entry.0 != outcome {
+                return None;
+            }
+            entry.1 += 1;
+        }
+        let counts: Vec<usize> = of.values().map(|(_, count)| *count).collect();
+        let parts = sizes.iter().map(|(outcome, count)| {
+            let own: Vec<String> =
+                of.iter().filter(|(_, (o, _))| o == outcome).map(|(w, _)| (*w).into()).collect();
+            let ending = match own.len() {
+                1 | 2 => own.join("_or_"),
+                more => format!("{attribute}_{}_and_{}_more", own[0], more - 1),
+            };
+            (ending, part(own, None, None, *count))
+        });
+        let chance = sizes.values().map(|size| by_words(&counts, *size)).fold(1.0, f64::min);
+        let chance = chance * if sizes.len() > 2 { sizes.len() as f64 } else { 1.0 };
+        let mut parts: Vec<(String, SubKind)> = parts.collect();
+        parts.sort_by(|a, b| a.0.cmp(&b.0));
+        return Some(Division { chance, attribute: attribute.into(), parts });
+    }
+    let numbers: Option<Vec<(f64, &str)>> = (shown.iter())
+        .map(|(value, outcome)| match value {
+            Attribute::Number(number) => Some((*number, *outcome)),
+            Attribute::Word(_) => None,
+        })
+        .collect();
+    let mut numbers = numbers?;
+    numbers.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let runs: Vec<&[(f64, &str)]> = numbers.chunk_by(|a, b| a.1 == b.1).collect();
+    let apart = runs.windows(2).all(|r| r[0][r[0].len() - 1].0 < r[1][0].0);
+    if runs.len() != sizes.len() || !apart {
+        return None;
+    }
+    // Of all orders of the outcomes along the numbers, as many have each in one run as there are orders of the runs.
+    let mut chance: f64 = (1..=runs.len()).map(|i| i as f64).product();
+    let mut left = numbers.len();
+    for run in &runs {
+        chance /= choose(left, run.len());
+        left -= run.len();
+    }
+    let cut = |i: usize| {
+        let (low, high) = (runs[i][runs[i].len() - 1].0, runs[i + 1][0].0);
+        rounded(low, high)
+    };
+    let last = runs.len() - 1;
+    let parts = (0..=last).map(|i| {
+        let ending = match (i, last) {
+            (0, _) => format!("low_{attribute}"),
+            (i, last) if i == last => format!("high_{attribute}"),
+            (i, _) => format!("middle_{attribute}_{i}"),
+        };
+        let from = (i > 0).then(|| cut(i - 1));
+        let below = (i < last).then(|| cut(i));
+        (ending, part(Vec::new(), from, below, runs[i].len()))
+    });
+    Some(Division { chance, attribute: attribute.into(), parts: parts.collect() })
+}
+
+/// Returns the middle of a gap between numbers, with as few digits as tell it from both.
+fn rounded(low: f64, high: f64) -> f64 {
+    let middle = low + 0.5 * (high - low);
+    let mut step = 10f64.powf((high - low).log10().floor() - 1.0);
+    if !(step.is_finite() && step > 0.0) {
+        return middle;
+    }
+    step = 1.0 / step;
+    let near = (middle * step).round() / step;
+    if near.is_finite() && low < near && near <= high { near } else { middle }
+}
+
+/// Returns the probability that words would predict whether an outcome occurs, were the outcome dealt out at random to as many
+/// objects: the words have these counts, and the outcome this. For two words it is Fisher's exact test.
+fn by_words(counts: &[usize], size: usize) -> f64 {
+    let all: usize = counts.iter().sum();
+    // In how many ways whole words make up the outcome.
+    let mut ways = vec![0.0; size + 1];
+    ways[0] = 1.0;
+    for count in counts {
+        for sum in (*count..=size).rev() {
+            ways[sum] += ways[sum - count];
+        }
+    }
+    (ways[size] / choose(all, size)).min(1.0)
+}
+
+/// The number of ways to choose some of all.
+fn choose(all: usize, some: usize) -> f64 {
+    (0..some).map(|i| (all - i) as f64 / (i + 1) as f64).product()
+}

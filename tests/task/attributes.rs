@@ -1,0 +1,264 @@
+//! Attributes: they are read with limits, divide a kind where they decide what is done, and reach every planner.
+
+use std::collections::BTreeSet;
+
+use symbolt::robot::Pose;
+use symbolt::sim::Seed;
+use symbolt::task::classify::Classifier;
+use symbolt::task::compile::Problem;
+use symbolt::task::domain::{RelationalDomain, SubKinds};
+use symbolt::task::event::Ignore;
+use symbolt::task::learn::{Learned, Settings, divide, learn_attributed};
+use symbolt::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
+use symbolt::task::{
+    Attribute, Attributes, Demonstration, ObjectPose, Recording, Snapshot, SnapshotEvent,
+};
+
+/// A number from 0 to 1 that depends on these alone.
+fn share(seed: u64, demo: usize, what: u64) -> f64 {
+    let seed = Seed::new(seed).derive_index("demo", demo as u64).derive_index("what", what);
+    (seed.value() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn word(text: &str) -> Attribute {
+    Attribute::Word(text.into())
+}
+
+/// Attributes of a part by its number and the box it goes to.
+type OfPart = fn(u64, usize) -> Vec<(&'static str, Attribute)>;
+
+/// What a world has.
+struct Sorting {
+    demos: usize,
+    seed: u64,
+    /// Kinds of the two boxes.
+    boxes: [&'static str; 2],
+    /// Attributes of a part: its number in all demonstrations, and the box it goes to.
+    part: OfPart,
+    /// Attributes of a box.
+    of_box: fn(usize) -> Vec<(&'static str, Attribute)>,
+}
+
+/// Four parts, two of which go into either box, in an order and from places that differ. The box of a part has nothing to do with
+/// its id.
+fn sort(world: &Sorting) -> (Recording, Attributes) {
+    let (mut recording, mut attributes) = (Recording::default(), Attributes::default());
+    for demo in 0..world.demos {
+        let draw = |what| share(world.seed, demo, what);
+        let mut objects = Vec::new();
+        for (i, kind) in world.boxes.iter().enumerate() {
+            let at =
+                [0.3 + 0.1 * draw(i as u64), -0.3 + 0.6 * i as f64 + 0.1 * draw(9 + i as u64), 0.0];
+            let id = format!("box_{i}");
+            for (name, value) in (world.of_box)(i) {
+                attributes.set(demo, &id, name, value);
+            }
+            objects.push(ObjectPose { id: id.into(), kind: (*kind).into(), pose: Pose::at(at) });
+        }
+        let swap = usize::from(draw(20) < 0.5);
+        let to = [0, 1, 0, 1].map(|to| to ^ swap);
+        for (p, to) in to.into_iter().enumerate() {
+            let at = [
+                -0.1 - 0.3 * draw(30 + p as u64),
+                -0.3 + 0.2 * p as f64 + 0.1 * draw(40 + p as u64),
+                0.01,
+            ];
+            let id = format!("part_{p}");
+            for (name, value) in (world.part)(world.seed * 1000 + (4 * demo + p) as u64, to) {
+                attributes.set(demo, &id, name, value);
+            }
+            objects.push(ObjectPose { id: id.into(), kind: "part".into(), pose: Pose::at(at) });
+        }
+        let mut demonstration = Demonstration { number: demo as u64, snapshots: Vec::new() };
+        let mut take = |event, object, objects: &[ObjectPose]| {
+            let number = demonstration.snapshots.len() as u64;
+            let (event, time_s) = (Some(event), Some(1.5 * number as f64));
+            let objects = objects.to_vec();
+            demonstration.snapshots.push(Snapshot { number, time_s, event, object, objects });
+        };
+        take(SnapshotEvent::Start, None, &objects);
+        let first = (4.0 * draw(50)) as usize % 4;
+        let mut held = [0, 0];
+        for p in (0..4).map(|p| (p + first) % 4) {
+            take(SnapshotEvent::Contact, Some(2 + p), &objects);
+            let mut at = objects[to[p]].pose.position;
+            at[0] += [-0.04, 0.04][held[to[p]]];
+            at[2] += 0.02;
+            held[to[p]] += 1;
+            objects[2 + p].pose = Pose::at(at);
+            take(SnapshotEvent::Release, Some(2 + p), &objects);
+        }
+        take(SnapshotEvent::End, None, &objects);
+        recording.demos.push(demonstration);
+    }
+    (recording, attributes)
+}
+
+fn nothing(_: usize) -> Vec<(&'static str, Attribute)> {
+    Vec::new()
+}
+
+fn colour(_: u64, to: usize) -> Vec<(&'static str, Attribute)> {
+    vec![("colour", word(["red", "blue"][to]))]
+}
+
+const COLOURS: Sorting =
+    Sorting { demos: 5, seed: 1, boxes: ["tray", "crate"], part: colour, of_box: nothing };
+
+fn learned(world: &Sorting) -> Learned {
+    let (mut recording, attributes) = sort(world);
+    let settings = Settings::default();
+    learn_attributed(&mut recording, &attributes, &settings, &mut Ignore).expect("it learns")
+}
+
+fn names(divided: &[SubKinds]) -> Vec<Vec<&str>> {
+    divided.iter().map(|d| d.of.iter().map(|part| part.name.as_str()).collect()).collect()
+}
+
+/// Plans in a new scene with both planners; every part has to end in its box.
+fn plan(world: &Sorting, domain: &RelationalDomain) {
+    let (recording, attributes) = sort(&Sorting { demos: 1, seed: 77, ..*world });
+    let mut scene = recording.demos[0].snapshots[0].clone();
+    assert_eq!(domain.divide(&mut scene, &attributes), []);
+    let right = |id: &str| {
+        let last = recording.demos[0].snapshots.last().unwrap();
+        let end = last.objects.iter().find(|o| *o.id == *id).unwrap().pose;
+        usize::from(end.position[1] > 0.0)
+    };
+    let layout = Classifier::new(domain).classify(&scene);
+    for kind in [PlannerKind::GoalSets, PlannerKind::Chain] {
+        let build = PlannerBuild { kind, ..PlannerBuild::default() };
+        let problem = Problem::new(domain, &layout).expect("a problem");
+        let plan = build.plan(&problem, &layout, PlannerBuild::LIMIT).expect("a plan");
+        assert_eq!(plan.end, SceneEnd::Met, "{kind:?}");
+        let moved: BTreeSet<&str> = plan.moves.iter().map(|m| &*m.object).collect();
+        assert_eq!(moved.len(), 4, "{kind:?}: {moved:?}");
+        for step in &plan.moves {
+            let to = usize::from(step.target.pose.position[1] > 0.0);
+            assert_eq!(to, right(&step.object), "{kind:?}: {} to {:?}", step.object, step.target);
+        }
+    }
+}
+
+#[test]
+fn parts_are_sorted_by_colour() {
+    let learned = learned(&COLOURS);
+    let domain = &learned.domain;
+    assert_eq!(names(&domain.sub_kinds), [["part_blue", "part_red"]]);
+    assert_eq!(domain.sub_kinds[0].of[0].count, 10);
+    assert!(domain.states.iter().all(|s| s.kind != "part"));
+    plan(&COLOURS, domain);
+    // Kept in the file; a domain without it reads as before.
+    let text = domain.to_json().unwrap();
+    assert_eq!(&RelationalDomain::parse(text.as_bytes(), "x").unwrap(), domain);
+    let without = RelationalDomain { sub_kinds: Vec::new(), ..domain.clone() };
+    assert!(!without.to_json().unwrap().contains("sub_kinds"));
+}
+
+#[test]
+fn parts_are_sorted_by_length() {
+    let length = |seed: u64, to: usize| {
+        let noise = 0.004 * share(seed, 0, 1);
+        vec![("length", Attribute::Number([0.03, 0.05][to] + noise))]
+    };
+    let world = Sorting { part: length, ..COLOURS };
+    let domain = learned(&world).domain;
+    assert_eq!(names(&domain.sub_kinds), [["part_low_length", "part_high_length"]]);
+    let below = domain.sub_kinds[0].of[0].below.unwrap();
+    assert!((0.034..0.05).contains(&below), "{below}");
+    assert_eq!(domain.sub_kinds[0].of[1].from, Some(below));
+    plan(&world, &domain);
+}
+
+#[test]
+fn boxes_of_one_kind_are_told_apart_by_their_colour() {
+    let lid = |i: usize| vec![("colour", word(["red", "blue"][i]))];
+    let world = Sorting { boxes: ["bin", "bin"], of_box: lid, ..COLOURS };
+    let domain = learned(&world).domain;
+    assert_eq!(names(&domain.sub_kinds), [["part_blue", "part_red"], ["bin_blue", "bin_red"]]);
+    plan(&world, &domain);
+}
+
+#[test]
+fn an_attribute_that_does_not_decide_divides_nothing() {
+    for seed in 1..=20 {
+        let either = |seed: u64, _: usize| {
+            vec![("colour", word(if share(seed, 0, 2) < 0.5 { "red" } else { "blue" }))]
+        };
+        let each = |seed: u64, _: usize| vec![("serial", word(&format!("s{seed}")))];
+        let number = |seed: u64, _: usize| vec![("weight", Attribute::Number(share(seed, 0, 3)))];
+        let same = |_: u64, _: usize| vec![("colour", word("red"))];
+        let parts: [OfPart; 4] = [either, each, number, same];
+        for part in parts {
+            for boxes in [["tray", "crate"], ["bin", "bin"]] {
+                let (recording, attributes) = sort(&Sorting { part, seed, boxes, ..COLOURS });
+                assert_eq!(divide(&recording, &attributes), [], "{seed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_attribute_decides_beside_others_and_not_from_two_objects() {
+    let many = |seed: u64, to: usize| {
+        let mut all = colour(seed, to);
+        all.push(("serial", word(&format!("s{seed}"))));
+        all.push(("weight", Attribute::Number(share(seed, 0, 3))));
+        all
+    };
+    for seed in 1..=10 {
+        let (recording, attributes) = sort(&Sorting { part: many, seed, ..COLOURS });
+        let divided = divide(&recording, &attributes);
+        assert_eq!(names(&divided), [["part_blue", "part_red"]], "{seed}");
+        assert!(divided[0].also.is_empty());
+        // Two parts in either box, once, are a coincidence in one of three.
+        let (recording, attributes) = sort(&Sorting { part: many, seed, demos: 1, ..COLOURS });
+        assert_eq!(divide(&recording, &attributes), []);
+    }
+    // What goes with the colour may decide in its place.
+    let both = |seed: u64, to: usize| {
+        let mut all = colour(seed, to);
+        all.push(("finish", word(["matt", "bright"][to])));
+        all
+    };
+    let (recording, attributes) = sort(&Sorting { part: both, ..COLOURS });
+    assert_eq!(divide(&recording, &attributes)[0].also, ["finish"]);
+}
+
+#[test]
+fn an_object_of_an_unseen_colour_is_in_no_state() {
+    let domain = learned(&COLOURS).domain;
+    let (recording, mut attributes) = sort(&Sorting { demos: 1, seed: 5, ..COLOURS });
+    attributes.set(0, "part_2", "colour", word("green"));
+    let mut scene = recording.demos[0].snapshots[0].clone();
+    let left = domain.divide(&mut scene, &attributes);
+    assert_eq!(left, [("part_2".into(), "part".into(), "colour".into())]);
+    let layout = Classifier::new(&domain).classify(&scene);
+    assert_eq!(layout.located.iter().filter(|l| l.fact.is_some()).count(), 3);
+}
+
+#[test]
+fn attributes_are_read_with_limits_and_written_again() {
+    let (recording, attributes) = sort(&COLOURS);
+    let text = recording.to_jsonl_attributed(None, &attributes).unwrap();
+    let (read, _, noted) = Recording::parse_whole(text.as_bytes(), "x").unwrap();
+    assert_eq!((&read, &noted), (&recording, &attributes));
+    let line = |attributes: &str| {
+        format!(
+            r#"{{"demo":0,"snapshot":0,"objects":[{{"id":"a","kind":"b","position":[0,0,0],"orientation":[0,0,0,1],"attributes":{attributes}}}]}}"#
+        )
+    };
+    let said = |text: &str| Recording::parse_whole(text.as_bytes(), "x").unwrap_err().to_string();
+    for wrong in [r#"{"a":[1]}"#, r#"{"a":null}"#, r#"{"a":true}"#, r#"{"a":""}"#, r#"{"":1}"#] {
+        let said = said(&line(wrong));
+        assert!(said.contains("objects[0].attributes") && said.contains("line 1"), "{said}");
+    }
+    let long = format!(r#"{{"a":"{}"}}"#, "x".repeat(201));
+    assert!(said(&line(&long)).contains("too long"));
+    let many: Vec<String> = (0..33).map(|i| format!(r#""a{i}":1"#)).collect();
+    assert!(said(&line(&format!("{{{}}}", many.join(",")))).contains("at most 32"));
+    assert!(said(&line("[1]")).contains("line 1"));
+    let second = line(r#"{"a":2}"#).replace(r#""snapshot":0"#, r#""snapshot":1"#);
+    let changed = format!("{}\n{second}", line(r#"{"a":1}"#));
+    assert!(said(&changed).contains("another value before"), "{}", said(&changed));
+}
