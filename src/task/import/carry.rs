@@ -1,8 +1,11 @@
 //! Which object was carried in each hold, and what moved with it.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::finish::median;
+use super::finish::{Session, median};
 use super::motion::{Motion, Move, between, middle, motion};
 use super::signals::{Hold, holds};
 use super::streams::{Part, Sample, Track};
@@ -27,8 +30,6 @@ pub(super) struct Carries {
     pub carries: Vec<Carry>,
     pub motions: Vec<Motion>,
     pub dropped: Vec<String>,
-    /// Evidence that decided: contacts, a flag, the width or the motion.
-    pub by_motion: bool,
 }
 
 /// Distance from which an object that is seen now and then has moved, in metres.
@@ -77,29 +78,66 @@ struct Ride {
     /// Distance that the object moved, in metres.
     moved: f64,
     height: f64,
+    /// The object's position in the hand's frame.
+    grip: Option<Vector3<f64>>,
 }
 
-pub(super) fn carries(part: &Part) -> Carries {
-    let motions: Vec<Motion> = part.tracks.iter().map(motion).collect();
+/// Where the hand held objects of each kind when nothing else moved with them: positions in the hand's frame.
+pub(super) type Grips = BTreeMap<Arc<str>, Vec<Vector3<f64>>>;
+
+/// Finds the carries of the parts of all sessions.
+pub(super) fn carries(sessions: &[Session]) -> Vec<Vec<Carries>> {
+    let motions: Vec<Vec<Vec<Motion>>> = (sessions.iter())
+        .map(|session| session.parts.iter().map(|part| part.tracks.iter().map(motion).collect()).collect())
+        .collect();
+    let mut grips = Grips::new();
+    // The second time it is known where each kind is held.
+    let mut all = Vec::new();
+    for last in [false, true] {
+        let mut new = Grips::new();
+        all = sessions
+            .iter()
+            .zip(&motions)
+            .map(|(session, motions)| {
+                let parts = session.parts.iter().zip(motions);
+                parts.map(|(part, motions)| of_part(part, motions.clone(), &grips, &mut new)).collect()
+            })
+            .collect();
+        if last || new.is_empty() {
+            break;
+        }
+        grips = new;
+    }
+    all
+}
+
+fn of_part(part: &Part, motions: Vec<Motion>, grips: &Grips, new: &mut Grips) -> Carries {
     let mut found = Carries { motions, ..Carries::default() };
     match holds(part) {
-        Some(holds) => holds.iter().for_each(|hold| held(part, hold, &mut found)),
-        None => {
-            found.by_motion = true;
-            moved(part, &mut found);
-        }
+        Some(holds) => holds.iter().for_each(|hold| held(part, hold, &mut found, grips, new)),
+        None => moved(part, &mut found, grips, new),
     }
     found.carries.sort_by(|a, b| a.from.total_cmp(&b.from));
     found
 }
 
+/// Notes where the hand holds an object that moves alone.
+fn note(part: &Part, rides: &[Ride], new: &mut Grips) {
+    if let [alone] = rides
+        && let Some(grip) = alone.grip
+    {
+        new.entry(part.tracks[alone.object].kind.clone()).or_default().push(grip);
+    }
+}
+
 /// Adds the carry of a hold that the gripper's signals give.
-fn held(part: &Part, hold: &Hold, found: &mut Carries) {
+fn held(part: &Part, hold: &Hold, found: &mut Carries, grips: &Grips, new: &mut Grips) {
     let own = |id: &String| part.tracks.iter().position(|track| *track.id == **id);
     let named = hold.object.as_ref().and_then(own);
     let mut rides: Vec<Ride> = (0..part.tracks.len()).filter_map(|object| ride(part, found, object, hold.from, hold.to)).collect();
     let mut evidence = hold.evidence.clone();
-    let object = match named.or_else(|| best(&rides)) {
+    note(part, &rides, new);
+    let object = match named.or_else(|| best(part, &rides, grips)) {
         Some(object) => object,
         None => {
             let what = format!("{:.2} to {:.2} s: {}, and no object moved", hold.from, hold.to, hold.evidence);
@@ -136,7 +174,7 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
         }
         let height = inside.first()?.position[2];
         let Some(hand) = &part.hand else {
-            return Some(Ride { object, off: 0.0, far: 0.0, moved, height });
+            return Some(Ride { object, off: 0.0, far: 0.0, moved, height, grip: None });
         };
         let relative: Vec<Sample> = (stepped.iter())
             .filter_map(|s| {
@@ -152,8 +190,9 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
         };
         let own: Vec<Sample> = stepped.iter().map(|s| **s).collect();
         let (off, world) = (deviation(&relative)?, deviation(&own)?);
-        let far = Vector3::from(middle(&relative)?).norm();
-        return (off < 0.5 * world.max(moved / 4.0)).then_some(Ride { object, off, far, moved, height });
+        let grip = Vector3::from(middle(&relative)?);
+        let ride = Ride { object, off, far: grip.norm(), moved, height, grip: Some(grip) };
+        return (off < 0.5 * world.max(moved / 4.0)).then_some(ride);
     }
     // Seen now and then: compare the last look before with those during the hold.
     let before = track.samples[..track.samples.partition_point(|s| s.t <= from)].last()?;
@@ -166,29 +205,46 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
     }
     let height = before.position[2];
     let Some(hand) = &part.hand else {
-        return Some(Ride { object, off: 0.0, far: 0.0, moved, height });
+        return Some(Ride { object, off: 0.0, far: 0.0, moved, height, grip: None });
     };
     let (grip, _) = hand_at(hand, from)?;
     let off = (stepped.iter())
         .filter_map(|s| Some((Vector3::from(s.position) - Vector3::from(ridden(hand, &pose, from, s.t)?.position)).norm()))
         .sum::<f64>()
         / count;
-    let far = (place - grip).norm();
-    (off < 0.5 * moved).then_some(Ride { object, off, far, moved, height })
+    let ride = Ride { object, off, far: (place - grip).norm(), moved, height, grip: None };
+    (off < 0.5 * moved).then_some(ride)
 }
 
-/// Returns the object that was held itself: of those that kept to the hand about as well as any, the nearest to the
-/// hand; without a hand, of those that moved about as far as any, the highest.
-fn best(rides: &[Ride]) -> Option<usize> {
+/// A rest that is too short to let go and grasp again, in seconds.
+const SHORT_S: f64 = 0.6;
+
+/// Distance within which a grip is one that was seen before, in metres.
+const SAME_GRIP: f64 = 0.03;
+
+/// Returns the object that was held itself. Of those that kept to the hand about as well as any, it is the one whose
+/// kind was held in this way before, or else the nearest to the hand. Without a hand, of those that moved about as far
+/// as any, it is the lowest: what stands on it or lies in it moves with it.
+fn best(part: &Part, rides: &[Ride], grips: &Grips) -> Option<usize> {
     let least = rides.iter().map(|ride| ride.off).fold(f64::INFINITY, f64::min);
     let most = rides.iter().map(|ride| ride.moved).fold(0.0, f64::max);
     let close = rides.iter().filter(|ride| ride.off <= 1.5 * least + 2e-3 && ride.moved >= 0.6 * most);
-    let nearest = close.min_by(|a, b| a.far.total_cmp(&b.far).then(b.height.total_cmp(&a.height)));
+    let close: Vec<&Ride> = close.collect();
+    let known = |ride: &Ride| {
+        let own = grips.get(&part.tracks[ride.object].kind)?;
+        let distance = own.iter().map(|grip| Some((ride.grip? - grip).norm())).flatten().fold(f64::INFINITY, f64::min);
+        (distance < SAME_GRIP).then_some(distance)
+    };
+    let seen = close.iter().filter_map(|ride| Some((known(ride)?, ride.object)));
+    if let Some((_, object)) = seen.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        return Some(object);
+    }
+    let nearest = close.iter().min_by(|a, b| a.far.total_cmp(&b.far).then(a.height.total_cmp(&b.height)));
     nearest.map(|ride| ride.object)
 }
 
 /// Adds the carries that the motion of the objects alone shows.
-fn moved(part: &Part, found: &mut Carries) {
+fn moved(part: &Part, found: &mut Carries, grips: &Grips, new: &mut Grips) {
     let mut all: Vec<(usize, Move)> = Vec::new();
     for (object, motion) in found.motions.iter().enumerate() {
         let others = |from: f64, to: f64| {
@@ -201,11 +257,11 @@ fn moved(part: &Part, found: &mut Carries) {
                 continue;
             }
             match own.last_mut() {
-                // A rest in the air: the hand rests, too, or the rest is short.
-                Some(last) if match &part.hand {
-                    Some(hand) => rests(hand, last.to, next.from),
-                    None => next.from - last.to < 0.6 && !others(last.to, next.from),
-                } => {
+                // A rest in the air: it is short, or the hand rests, too.
+                Some(last)
+                    if next.from - last.to < SHORT_S && !others(last.to, next.from)
+                        || part.hand.as_ref().is_some_and(|hand| rests(hand, last.to, next.from)) =>
+                {
                     last.to = next.to;
                     last.distance = last.distance.max(next.distance);
                 }
@@ -221,7 +277,8 @@ fn moved(part: &Part, found: &mut Carries) {
         let group: Vec<(usize, Move)> = all.iter().filter(|(_, m)| common(m)).copied().collect();
         all.retain(|(i, m)| *i != object && !common(m) || *i == object && *m != first && !common(m));
         let rides: Vec<Ride> = group.iter().filter_map(|(i, m)| ride(part, found, *i, m.from, m.to)).collect();
-        let Some(best) = best(&rides) else {
+        note(part, &rides, new);
+        let Some(best) = best(part, &rides, grips) else {
             let id = &part.tracks[object].id;
             found.dropped.push(format!("{:.2} to {:.2} s: {id} moved, but not with the hand", first.from, first.to));
             continue;

@@ -273,6 +273,12 @@ impl Streams {
         rows.read(bytes, self)
     }
 
+    /// Notes that the clock of a file starts again.
+    fn note_reset(&mut self, file: &str, line: u64) {
+        let reason = format!("the time goes back at line {line}");
+        self.note(Guess { what: "session".into(), value: "another".into(), reason, file: file.into() });
+    }
+
     /// Notes a guess, once for all files that give the same.
     fn note(&mut self, guess: Guess) {
         let same = |g: &&mut Guess| g.what == guess.what && g.value == guess.value && g.reason == guess.reason;
@@ -314,6 +320,28 @@ fn guess_angle(
     Ok(angle)
 }
 
+/// The times of a file so far.
+#[derive(Default)]
+struct Clock {
+    first: f64,
+    last: f64,
+    count: u64,
+}
+
+impl Clock {
+    /// Returns whether a time goes back by more than half of the time that has passed, after at least 20 rows.
+    fn again(&self, t: f64) -> bool {
+        self.count >= 20 && self.last - t > 0.5 * (self.last - self.first)
+    }
+
+    fn tick(&mut self, t: f64) {
+        if self.count == 0 || self.again(t) {
+            *self = Self { first: t, last: t, count: 0 };
+        }
+        (self.last, self.count) = (self.last.max(t), self.count + 1);
+    }
+}
+
 /// The rows of one file.
 struct Rows<'a> {
     layout: &'a Layout,
@@ -327,11 +355,17 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
+    /// Returns whether rows have times of their own, not numbers of other rows.
+    fn text_clock(&self) -> bool {
+        !self.layout.time.is_empty()
+    }
+
     fn read(&self, bytes: &[u8], into: &mut Streams) -> Result<(), InputFault> {
         let header = &*self.text.header;
         let mut csv = reader(bytes, self.text.delimiter);
         let mut record = ByteRecord::new();
         let mut count = 0u64;
+        let (mut clock, mut resets) = (Clock::default(), 0);
         let mut at = None;
         let mut bodies: Vec<Option<usize>> = vec![None; self.layout.bodies.len()];
         let mut last_session: Vec<u8> = Vec::new();
@@ -365,11 +399,21 @@ impl Rows<'_> {
                 at = Some(into.part(&name, &self.part));
                 bodies.iter_mut().for_each(|body| *body = None);
             }
-            let Some(part) = at else { continue };
             let Some(t) = self.time(&record, &row)? else {
                 into.drop_one("row without a time");
                 continue;
             };
+            // A clock that starts again begins another session.
+            if self.layout.session.is_none() && self.text_clock() {
+                if clock.again(t) {
+                    into.note_reset(self.file, line);
+                    resets += 1;
+                    at = Some(into.part(&format!("{}-{}", self.session, resets + 1), &self.part));
+                    bodies.iter_mut().for_each(|body| *body = None);
+                }
+                clock.tick(t);
+            }
+            let Some(part) = at else { continue };
             let source = &mut into.sources[self.source as usize];
             source.rows += 1;
             if source.times.len() < LOOK {
@@ -393,6 +437,13 @@ impl Rows<'_> {
                 };
                 let track = *bodies[index].get_or_insert_with(|| into.track(part, id));
                 let Some(sample) = self.sample(&record, &row, t, body, into)? else { continue };
+                if let Some(last) = into.parts[part].tracks[track].samples.last()
+                    && last.source == self.source
+                    && let Some(factor) = switched(&last.position, &sample.position)
+                {
+                    let problem = format!("the position of {id} is {factor} times that of its row before");
+                    return Err(row.fault(body.position[0], problem, "one unit in the whole file"));
+                }
                 into.parts[part].tracks[track].samples.push(sample);
             }
             if let (Some(kind), Some(id)) = (self.layout.kind, &id)
@@ -537,6 +588,18 @@ impl Rows<'_> {
         }
         Ok(Some(Sample { t, position, orientation, source: self.source }))
     }
+}
+
+/// Returns the factor of another unit of length by which all coordinates changed at once.
+fn switched(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
+    let clear = |v: &f64| v.abs() > 0.02;
+    if before.iter().filter(|v| clear(v)).count() < 2 {
+        return None;
+    }
+    [1000.0, 100.0, 0.001, 0.01].into_iter().find(|factor| {
+        let pairs = before.iter().zip(after).filter(|(before, _)| clear(before));
+        pairs.into_iter().all(|(before, after)| (after / before / factor - 1.0).abs() < 0.25)
+    })
 }
 
 /// Returns a name that a cell gives.

@@ -277,16 +277,11 @@ impl Streams {
             let logged = part.kinds.get(&*track.id).cloned();
             let kind = given.or(logged).unwrap_or_else(|| {
                 let kind = kind_of(&track.id).to_owned();
-                if kind != *track.id {
-                    let pattern = format!("{}*", &track.id[..kind.len()]);
-                    if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind) {
-                        let reason = format!("`{}` without its number", track.id);
-                        self.guesses.push(Guess {
-                            what: "kinds".into(), value: kind.clone(), reason, file: String::new(),
-                        });
-                        self.mapping.kinds.insert(pattern, kind.clone());
-                    }
+                if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind) && kind != *track.id {
+                    self.guess("kinds", &kind, format!("`{}` without its number", track.id));
                 }
+                // A pattern could fit other ids.
+                self.mapping.kinds.insert(track.id.to_string(), kind.clone());
                 kind
             });
             track.kind = kind.into();

@@ -74,8 +74,11 @@ pub struct Imported {
     pub rows: u64,
 }
 
-/// Longest stretch of rest from which a pose is averaged, in seconds.
-const LOOK_S: f64 = 3.0;
+/// Number of samples from which a pose is averaged.
+const MOST_SAMPLES: usize = 1000;
+
+/// Share of the distance of a carry within which the object may settle after its release.
+const SETTLED: f64 = 0.3;
 
 /// A pose with the number of samples behind it.
 type Found = (Pose, usize);
@@ -89,8 +92,7 @@ impl Log {
     pub fn import(self) -> Imported {
         let Self { sessions, guesses, mut dropped, unused, mapping, rows } = self;
         let (mut moments, mut seen, mut demos) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, session) in sessions.iter().enumerate() {
-            let found: Vec<Carries> = session.parts.iter().map(carries).collect();
+        for (number, (session, found)) in sessions.iter().zip(carries(&sessions)).enumerate() {
             for what in found.iter().flat_map(|found| &found.dropped) {
                 dropped.push(Dropped { what: format!("{}, {what}", session.name), count: 1 });
             }
@@ -147,7 +149,7 @@ impl Taker<'_> {
             self.offset = if first + self.offset < end { end - first } else { self.offset };
             self.offset = if index == 0 { 0.0 } else { self.offset };
             if index == 0 {
-                snapshots.push(self.snapshot(part, found, first, SnapshotEvent::Start, None, snapshots.len()));
+                snapshots.push(self.snapshot(index, first, SnapshotEvent::Start, None, snapshots.len()));
             }
             let mut events: Vec<(f64, SnapshotEvent, &Carry)> = Vec::new();
             for carry in &found.carries {
@@ -157,10 +159,13 @@ impl Taker<'_> {
             events.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (t, event, carry) in events {
                 let number = snapshots.len();
-                snapshots.push(self.snapshot(part, found, t, event, Some(carry), number));
+                snapshots.push(self.snapshot(index, t, event, Some(carry), number));
                 let id = part.tracks[carry.object].id.clone();
                 let with = carry.riders.iter().map(|i| part.tracks[*i].id.clone()).collect();
-                let own = own_pose(part, found, carry, event);
+                let own = match event {
+                    SnapshotEvent::Release => self.settled(index, carry.object, carry),
+                    _ => own_pose(part, found, carry),
+                };
                 self.moments.push(Moment {
                     session: self.number, part: index, event, t, object: id, with,
                     evidence: carry.evidence.clone(), samples: own.map_or(0, |(_, count)| count),
@@ -168,7 +173,7 @@ impl Taker<'_> {
             }
             end = last + self.offset;
             if index == last_part {
-                snapshots.push(self.snapshot(part, found, last, SnapshotEvent::End, None, snapshots.len()));
+                snapshots.push(self.snapshot(index, last, SnapshotEvent::End, None, snapshots.len()));
             }
         }
         snapshots
@@ -176,19 +181,18 @@ impl Taker<'_> {
 
     fn snapshot(
         &mut self,
-        part: &Part,
-        found: &Carries,
+        number_of: usize,
         t: f64,
         event: SnapshotEvent,
         carry: Option<&Carry>,
         number: usize,
     ) -> Snapshot {
+        let (part, found) = (&self.session.parts[number_of], &self.found[number_of]);
         for (index, track) in part.tracks.iter().enumerate() {
+            let released = |carry: &Carry| event == SnapshotEvent::Release && (carry.object == index || carry.riders.contains(&index));
             let pose = match carry {
-                Some(carry) if carry.object == index => own_pose(part, found, carry, event),
-                Some(carry) if event == SnapshotEvent::Release && carry.riders.contains(&index) => {
-                    after(part, found, index, carry)
-                }
+                Some(carry) if released(carry) => self.settled(number_of, index, carry),
+                Some(carry) if carry.object == index => own_pose(part, found, carry),
                 _ => resting(part, found, index, t),
             };
             let known = self.known.iter_mut().find(|known| known.id == track.id);
@@ -203,6 +207,24 @@ impl Taker<'_> {
         let touched = carry.map(|carry| &part.tracks[carry.object].id);
         let object = touched.and_then(|id| objects.iter().position(|o| o.id == *id));
         Snapshot { number: number as u64, time_s: Some(t + self.offset), event: Some(event), object, objects }
+    }
+
+    /// The pose of an object after a carry in which it moved. If it was not seen again in its part, the next part tells
+    /// where it came to rest, unless somebody has moved it since.
+    fn settled(&self, index: usize, object: usize, carry: &Carry) -> Option<Found> {
+        let part = &self.session.parts[index];
+        let (pose, count) = after(part, &self.found[index], object, carry)?;
+        if count > 0 {
+            return Some((pose, count));
+        }
+        let before = part.tracks[object].samples[..part.tracks[object].samples.partition_point(|s| s.t <= carry.from)].last();
+        let moved = before.map_or(0.0, |s| Pose::at(s.position).distance(&pose));
+        let next = (self.session.parts.iter().zip(self.found).skip(index + 1)).find_map(|(part, found)| {
+            let own = part.tracks.iter().position(|track| track.id == self.session.parts[index].tracks[object].id)?;
+            resting(part, found, own, part.tracks[own].samples.first()?.t)
+        });
+        let near = |(next, _): &Found| next.distance(&pose) < SETTLED * moved;
+        Some(next.filter(near).unwrap_or((pose, 0)))
     }
 
     fn seen(&self) -> Vec<Seen> {
@@ -230,13 +252,10 @@ impl Taker<'_> {
     }
 }
 
-/// The pose of the carried object at its own event.
-fn own_pose(part: &Part, found: &Carries, carry: &Carry, event: SnapshotEvent) -> Option<Found> {
-    if event == SnapshotEvent::Release {
-        return after(part, found, carry.object, carry);
-    }
+/// The pose of the carried object at its contact.
+fn own_pose(part: &Part, found: &Carries, carry: &Carry) -> Option<Found> {
     let (from, to) = rest_around(found, carry.object, carry.from, false);
-    estimate(&part.tracks[carry.object], found.motions[carry.object].sparse, from, to, carry.from)
+    estimate(&part.tracks[carry.object], found.motions[carry.object].sparse, from, to)
 }
 
 /// The pose of an object after a carry in which it moved.
@@ -244,7 +263,7 @@ fn after(part: &Part, found: &Carries, object: usize, carry: &Carry) -> Option<F
     let track = &part.tracks[object];
     let sparse = found.motions[object].sparse;
     let (from, to) = rest_around(found, object, carry.to, true);
-    if let Some(found) = estimate(track, sparse, from, to, carry.to) {
+    if let Some(found) = estimate(track, sparse, from, to) {
         return Some(found);
     }
     // It was not seen any more: it moved with the hand since it was last seen.
@@ -261,11 +280,11 @@ fn resting(part: &Part, found: &Carries, object: usize, t: f64) -> Option<Found>
     let sparse = found.motions[object].sparse;
     let inside = (from..=to).contains(&t);
     match inside {
-        true => estimate(track, sparse, from, to, t),
+        true => estimate(track, sparse, from, to),
         // It moves at this time.
         false => {
             let step = found.motions[object].step.min(1.0);
-            estimate(track, sparse, t - 2.0 * step, t + 2.0 * step, t)
+            estimate(track, sparse, t - 2.0 * step, t + 2.0 * step)
         }
     }
 }
@@ -278,7 +297,8 @@ fn rest_around(found: &Carries, object: usize, t: f64, later: bool) -> (f64, f64
     for own in &found.motions[object].moves {
         match busy.iter_mut().find(|(from, to)| own.from < *to && own.to > *from) {
             Some((from, to)) => (*from, *to) = (from.min(own.from), to.max(own.to)),
-            None => busy.push((own.from, own.to)),
+            None if own.shifted => busy.push((own.from, own.to)),
+            None => {}
         }
     }
     busy.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -300,18 +320,14 @@ fn pose(sample: &Sample, otherwise: [f64; 4]) -> Pose {
     Pose { position: sample.position, orientation }
 }
 
-/// Returns a robust mean of an object's poses in a stretch of rest, from the samples nearest to `near`.
-fn estimate(track: &Track, sparse: bool, from: f64, to: f64, near: f64) -> Option<Found> {
+/// Returns a robust mean of an object's poses in a stretch of rest. A stretch has one pose, so that what rests does not
+/// seem to move between snapshots.
+fn estimate(track: &Track, sparse: bool, from: f64, to: f64) -> Option<Found> {
     let all = between(&track.samples, from, to);
-    let inside = match sparse {
-        // Of two looks the later counts: it is taken from where the work is. Of more, their medians.
-        true if all.len() < 3 => &all[all.len().saturating_sub(1)..],
-        true => all,
-        false => {
-            let near = near.clamp(all.first()?.t, all.last()?.t);
-            between(all, near - LOOK_S, near + LOOK_S)
-        }
-    };
+    // Of two looks the later counts: it is taken from where the work is.
+    let begin = if sparse && all.len() < 3 { all.len().saturating_sub(1) } else { 0 };
+    let inside: Vec<Sample> = all[begin..].iter().step_by(all.len() / MOST_SAMPLES + 1).copied().collect();
+    let inside = &*inside;
     let center = middle(inside)?;
     let off = |s: &Sample| s.position.iter().zip(center).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     let mut spread: Vec<f64> = inside.iter().map(off).collect();

@@ -10,6 +10,8 @@ pub(super) struct Move {
     pub to: f64,
     /// Distance between the places before and after or, if it is more, the median distance from the place before, in metres.
     pub distance: f64,
+    /// Whether the places before and after surely differ.
+    pub shifted: bool,
 }
 
 /// What is known of the motion of one object.
@@ -26,6 +28,10 @@ pub(super) struct Motion {
     pub sparse: bool,
 }
 
+/// Greatest number of samples from which a place is told.
+const MOST: usize = 200;
+/// Length of the motion that is fitted, in seconds.
+const FITTED: f64 = 0.35;
 /// Windows in which positions are compared, in seconds, unless the stream is slow.
 const WINDOW: f64 = 0.2;
 /// Standard deviations at which two windows differ.
@@ -68,9 +74,41 @@ fn white(samples: &[Sample], step: f64) -> f64 {
     median(&mut bends).unwrap_or(0.0) / 0.6745 / 6f64.sqrt()
 }
 
-/// Finds when an object moved. Costs the number of samples times that in a window.
+/// Distance from an object's origin at which its turns are seen, in metres.
+const LEVER: f64 = 0.05;
+
+/// Finds when an object moved or turned. Costs the number of samples times that in a window.
 pub(super) fn motion(track: &Track) -> Motion {
-    let samples = &*track.samples;
+    let mut found = shifts(&track.samples);
+    if found.sparse || !track.samples.iter().any(Sample::oriented) {
+        return found;
+    }
+    // Two points of the object that lie on its axes.
+    for axis in [0, 2] {
+        let oriented = track.samples.iter().filter(|s| s.oriented());
+        let points: Vec<Sample> = oriented.map(|s| Sample { position: point(s, axis), ..*s }).collect();
+        for turn in shifts(&points).moves {
+            if !found.moves.iter().any(|own| own.from < turn.to + WINDOW && turn.from < own.to + WINDOW) {
+                found.moves.push(turn);
+            }
+        }
+    }
+    found.moves.sort_by(|a, b| a.from.total_cmp(&b.from));
+    found
+}
+
+/// A point on an axis of an object, from its origin.
+fn point(sample: &Sample, axis: usize) -> [f64; 3] {
+    let [x, y, z, w] = sample.orientation;
+    let unit = match axis {
+        0 => [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)],
+        _ => [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)],
+    };
+    unit.map(|v| v * LEVER)
+}
+
+/// Finds when a point moved.
+fn shifts(samples: &[Sample]) -> Motion {
     let mut steps: Vec<f64> = samples.windows(2).map(|w| w[1].t - w[0].t).collect();
     let step = median(&mut steps).unwrap_or(f64::INFINITY);
     let mut found = Motion { step, sparse: step > SPARSE_STEP || samples.len() < 12, ..Motion::default() };
@@ -114,14 +152,18 @@ pub(super) fn motion(track: &Track) -> Motion {
         // The places before and after, from samples a window away from the motion.
         let before = rest(between(samples, (from - 2.0).max(earliest + window), from - window), true);
         let after = rest(between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)), false);
-        let begin = before.map_or(from, |place| {
-            let away = |s: &Sample| distance(s.position, place);
-            onset(samples, from, found.noise, limit, earliest, &away, false).unwrap_or(from)
+        // The places are medians; they may be noise apart.
+        let counts = [between(samples, (from - 2.0).max(earliest + window), from - window), between(samples, (to + window).min(latest), (to + 2.0).min(latest - window))];
+        let [few, many] = counts.map(|samples| samples.len().clamp(1, MOST) as f64);
+        let sure = 6.0 * 1.25 * found.noise * (1.0 / few + 1.0 / many).sqrt();
+        let shifted = before.zip(after).is_none_or(|(a, b)| distance(a, b) > sure.max(LEAST));
+        let begin = before.and_then(|place| {
+            onset(samples, from, &found, &Rest { place, bound: earliest, follows: false })
         });
-        let end = after.map_or(to, |place| {
-            let away = |s: &Sample| distance(s.position, place);
-            onset(samples, to, found.noise, limit, latest, &away, true).unwrap_or(to)
+        let end = after.and_then(|place| {
+            onset(samples, to, &found, &Rest { place, bound: latest, follows: true })
         });
+        let (begin, end) = (begin.unwrap_or(from), end.unwrap_or(to));
         let first = before.or_else(|| samples.first().map(|s| s.position));
         let last = after.or_else(|| samples.last().map(|s| s.position));
         let moved = first.zip(last).map_or(0.0, |(a, b)| distance(a, b));
@@ -133,72 +175,106 @@ pub(super) fn motion(track: &Track) -> Motion {
         if moved < limit && (typical < limit || to - from < 2.0 * window) {
             continue;
         }
-        found.moves.push(Move { from: begin, to: end.max(begin), distance: moved.max(typical) });
+        found.moves.push(Move { from: begin, to: end.max(begin), distance: moved.max(typical), shifted });
     }
     found
 }
 
 /// The place of a resting object; `None` without samples. `last` takes the end of the stretch if it is long.
 fn rest(samples: &[Sample], last: bool) -> Option<[f64; 3]> {
-    let most = 200;
-    let from = if last { samples.len().saturating_sub(most) } else { 0 };
-    middle(&samples[from..samples.len().min(from + most)])
+    let from = if last { samples.len().saturating_sub(MOST) } else { 0 };
+    middle(&samples[from..samples.len().min(from + MOST)])
 }
 
-/// Finds when an object left its place, or, `reversed`, when it came to it: the distance from the place is fitted with
-/// a power of the time since then. `near` is a moment at which it surely moves.
-fn onset(
-    samples: &[Sample],
-    near: f64,
-    noise: f64,
-    limit: f64,
+/// A resting place beside a motion.
+struct Rest {
+    place: [f64; 3],
+    /// The other motion on the far side of the rest, in seconds.
     bound: f64,
-    away: &dyn Fn(&Sample) -> f64,
-    reversed: bool,
-) -> Option<f64> {
-    let sign = if reversed { -1.0 } else { 1.0 };
-    // Time runs towards the motion; it is 0 at `near`.
-    let clock = |s: &Sample| (s.t - near) * sign;
-    let inside = match reversed {
-        false => between(samples, (near - 1.2).max(bound), near + 0.6),
-        true => between(samples, near - 0.6, (near + 1.2).min(bound)),
+    /// Whether the rest follows the motion.
+    follows: bool,
+}
+
+/// Finds when an object left its place or came to it: the distance from the place, in the direction of the motion, is
+/// fitted with shapes in which arms and hands begin to move. `near` is a moment at which the object surely moves.
+fn onset(samples: &[Sample], near: f64, found: &Motion, rest: &Rest) -> Option<f64> {
+    let sign = if rest.follows { -1.0 } else { 1.0 };
+    let inside = match rest.follows {
+        false => between(samples, (near - 1.0).max(rest.bound), near + FITTED),
+        true => between(samples, near - FITTED, (near + 1.0).min(rest.bound)),
     };
-    let mut points: Vec<(f64, f64)> = inside.iter().map(|s| (clock(s), away(s))).collect();
+    // Time runs towards the motion and is 0 at `near`.
+    let mut points: Vec<(f64, [f64; 3])> = (inside.iter())
+        .map(|s| ((s.t - near) * sign, [0, 1, 2].map(|axis| s.position[axis] - rest.place[axis])))
+        .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if points.len() < 6 {
+    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // The direction is that of the first part of the motion, which is seen above the noise.
+    let reach = (12.0 * found.noise).max(2.0 * found.limit).max(0.02);
+    let end = points.iter().position(|(t, v)| *t > 0.0 && length(v) > reach);
+    let end = end.map_or(points.len(), |at| at + 1);
+    if end < 5 {
         return None;
     }
-    // Only the beginning of the motion follows a power: up to the larger of ten times the noise and a few centimetres.
-    let reach = (10.0 * noise).max(2.0 * limit).max(0.02);
-    let end = points.iter().position(|(t, d)| *t > 0.0 && *d > reach).map_or(points.len(), |at| at + 1);
-    points.truncate(end);
-    // A distance from noisy numbers is never 0: compare squares, whose mean grows by three variances.
-    let floor = 3.0 * noise * noise;
-    let values: Vec<(f64, f64)> =
-        points.iter().map(|(t, d)| (*t, (d * d - floor).max(0.0).sqrt())).collect();
+    let mut way = [0.0; 3];
+    for (_, v) in &points[end.saturating_sub(3)..end] {
+        (0..3).for_each(|axis| way[axis] += v[axis]);
+    }
+    let long = length(&way);
+    if long <= 0.0 {
+        return None;
+    }
+    let along = |v: &[f64; 3]| v.iter().zip(way).map(|(a, b)| a * b).sum::<f64>() / long;
+    let values: Vec<(f64, f64)> = points.iter().map(|(t, v)| (*t, along(v))).collect();
+    let first = values.first()?.0.max(-0.6);
+    // Each shape with the time that it takes; one with a time of its own has one more parameter to fit with.
+    let more = (values.len() as f64).ln() / values.len() as f64;
     let mut best: Option<(f64, f64)> = None;
-    let first = values.first()?.0;
-    let last = values.last()?.0;
-    for power in [1.0, 2.0, 3.0] {
-        let mut start = first;
-        while start < last - 0.02 {
-            let (mut dot, mut square, mut total) = (0.0, 0.0, 0.0);
-            for (t, d) in &values {
-                let shape = (t - start).max(0.0).powf(power);
-                dot += shape * d;
-                square += shape * shape;
-                total += d * d;
+    for (shape, penalty) in [(Shape::Even, 0.0), (Shape::Smooth, more), (Shape::Smoother, more + 0.05)] {
+        for lasts in [0.35, 0.5, 0.7, 1.0, 1.4, 2.0] {
+            if shape == Shape::Even && lasts != 1.0 {
+                continue;
             }
-            if square > 0.0 {
-                let error = total - dot * dot / square;
-                // Simpler shapes unless another is clearly better.
-                let error = error * (1.0 + 0.03 * power);
-                if best.is_none_or(|(least, _)| error < least) {
-                    best = Some((error, start));
+            let mut start = first;
+            while start < 0.15 {
+                let (mut dot, mut square, mut total) = (0.0, 0.0, 0.0);
+                for (t, d) in &values {
+                    let value = shape.at((t - start) / lasts);
+                    dot += value * d;
+                    square += value * value;
+                    total += d * d;
                 }
+                if square > 0.0 {
+                    let error = (total - dot * dot / square) * penalty.exp();
+                    if best.is_none_or(|(least, _)| error < least) {
+                        best = Some((error, start));
+                    }
+                }
+                start += 0.01;
             }
-            start += 0.01;
         }
     }
     best.map(|(_, start)| near + sign * start)
+}
+
+/// How the distance grows when a motion begins.
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    /// At once with full speed.
+    Even,
+    /// With a cubic polynomial, from rest to rest.
+    Smooth,
+    /// With least jerk, from rest to rest.
+    Smoother,
+}
+
+impl Shape {
+    fn at(self, u: f64) -> f64 {
+        let v = u.clamp(0.0, 1.0);
+        match self {
+            Self::Even => u.max(0.0),
+            Self::Smooth => v * v * (3.0 - 2.0 * v),
+            Self::Smoother => v * v * v * (10.0 - v * (15.0 - 6.0 * v)),
+        }
+    }
 }
