@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Error, bail};
 use clap::Args;
 use symbolt::files::{FileError, Limit, read_file};
+use symbolt::report::import_page;
 use symbolt::task::import::{
     Angle, Handed, Imported, Length, Mapping, QuaternionOrder, Rotation, Streams, TableMap,
     TimeUnit, Up, fits,
@@ -14,7 +15,7 @@ use symbolt::task::import::{
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile, number};
-use super::output::{Place, Progress, answer, answer_unless_quiet, overwrite, use_threads};
+use super::output::{Place, Progress, answer, answer_unless_quiet, use_threads};
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ImportArgs {
@@ -226,13 +227,12 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     progress.show("finding events".into());
     let imported = streams.finish()?.import();
     drop(progress);
-    let _ = overwrite;
     if args.dry_run {
         let mapping = imported.mapping.to_json()?;
         return answer(&args.common, || tables::json(&imported), || tables::text(&imported) + "\n" + &mapping);
     }
-    if let Place::File(..) = &page {
-        bail!(BadArgument("--page: not there yet".into()));
+    if !matches!(page, Place::Default) {
+        page.write(import_page(&imported))?;
     }
     match &out {
         Place::Default => answer(&args.common, || tables::json(&imported), || tables::text(&imported)),

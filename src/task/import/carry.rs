@@ -219,6 +219,9 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
 /// A rest that is too short to let go and grasp again, in seconds.
 const SHORT_S: f64 = 0.6;
 
+/// Least time of a carry that only motion shows, in seconds.
+const LEAST_S: f64 = 0.15;
+
 /// Distance within which a grip is one that was seen before, in metres.
 const SAME_GRIP: f64 = 0.03;
 
@@ -253,7 +256,10 @@ fn moved(part: &Part, found: &mut Carries, grips: &Grips, new: &mut Grips) {
         };
         let mut own: Vec<Move> = Vec::new();
         for next in &motion.moves {
-            if next.distance < 2.0 * motion.limit {
+            // What is taken up and put back where it was has no other place, but is away for long.
+            let long = next.to - next.from;
+            let away = next.distance > 4.0 * motion.limit && long > SHORT_S;
+            if next.distance < 2.0 * motion.limit || long < LEAST_S || !(next.shifted || away) {
                 continue;
             }
             match own.last_mut() {

@@ -24,6 +24,8 @@ pub struct Moment {
     pub t: f64,
     /// Id of the object.
     pub object: Arc<str>,
+    /// Position of the object in the snapshot, in metres.
+    pub position: [f64; 3],
     /// Ids of the objects that moved with it.
     pub with: Vec<Arc<str>>,
     /// Where the event is seen, in words.
@@ -168,6 +170,7 @@ impl Taker<'_> {
                 };
                 self.moments.push(Moment {
                     session: self.number, part: index, event, t, object: id, with,
+                    position: own.map_or([0.0; 3], |(pose, _)| pose.position),
                     evidence: carry.evidence.clone(), samples: own.map_or(0, |(_, count)| count),
                 });
             }

@@ -156,7 +156,8 @@ fn shifts(samples: &[Sample]) -> Motion {
         let counts = [between(samples, (from - 2.0).max(earliest + window), from - window), between(samples, (to + window).min(latest), (to + 2.0).min(latest - window))];
         let [few, many] = counts.map(|samples| samples.len().clamp(1, MOST) as f64);
         let sure = 6.0 * 1.25 * found.noise * (1.0 / few + 1.0 / many).sqrt();
-        let shifted = before.zip(after).is_none_or(|(a, b)| distance(a, b) > sure.max(LEAST));
+        let apart = before.zip(after).map(|(a, b)| distance(a, b) > sure.max(LEAST));
+        let shifted = apart.unwrap_or(to - from > 2.0 * window);
         let begin = before.and_then(|place| {
             onset(samples, from, &found, &Rest { place, bound: earliest, follows: false })
         });
