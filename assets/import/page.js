@@ -38,16 +38,16 @@ function carries() {
 
 function strip(title, curves, held, low, high, unit) {
   const [from, to] = [part().from, part().to];
-  const [width, height, left] = [1000, 96, 70];
+  const [width, height, left] = [1000, 110, 60];
   const x = (t) => left + ((t - from) / Math.max(to - from, 1e-9)) * (width - left - 10);
-  const y = (v) => height - 18 - ((v - low) / Math.max(high - low, 1e-9)) * (height - 30);
+  const y = (v) => height - 18 - ((v - low) / Math.max(high - low, 1e-9)) * (height - 46);
   const box = element('div', undefined, 'strip');
   const svg = drawn(box, 'svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': title });
   for (const c of held) {
-    drawn(svg, 'rect', { x: x(c.from), y: 8, width: Math.max(1, x(c.to) - x(c.from)), height: height - 26, fill: 'var(--held)' });
+    drawn(svg, 'rect', { x: x(c.from), y: 22, width: Math.max(1, x(c.to) - x(c.from)), height: height - 40, fill: 'var(--held)' });
   }
   drawn(svg, 'line', { x1: left, x2: width - 10, y1: height - 18, y2: height - 18, stroke: 'var(--faint)' });
-  drawn(svg, 'text', { x: 0, y: 16 }, title);
+  drawn(svg, 'text', { x: left, y: 14 }, title);
   drawn(svg, 'text', { x: left - 4, y: height - 20, 'text-anchor': 'end' }, low.toFixed(2));
   drawn(svg, 'text', { x: left - 4, y: 32, 'text-anchor': 'end' }, `${high.toFixed(2)} ${unit}`);
   for (const [index, curve] of curves.entries()) {
@@ -61,14 +61,14 @@ function strip(title, curves, held, low, high, unit) {
   for (const e of events()) {
     const own = held.some((c) => c.from === e.t || c.to === e.t);
     if (!own) continue;
-    const line = drawn(svg, 'line', { x1: x(e.t), x2: x(e.t), y1: 8, y2: height - 18, stroke: e.event === 'contact' ? '#2f9e5b' : '#d1493f', 'stroke-width': 1.5 });
+    const line = drawn(svg, 'line', { x1: x(e.t), x2: x(e.t), y1: 22, y2: height - 18, stroke: e.event === 'contact' ? '#2f9e5b' : '#d1493f', 'stroke-width': 1.5 });
     drawn(line, 'title', {}, `${e.event} of ${e.object} at ${e.t.toFixed(2)} s: ${e.evidence}`);
   }
   for (let i = 0; i <= 8; i += 1) {
     const t = from + ((to - from) * i) / 8;
-    drawn(svg, 'text', { x: x(t), y: height - 5, 'text-anchor': 'middle' }, t.toFixed(1));
+    drawn(svg, 'text', { x: x(t), y: height - 5, 'text-anchor': i === 8 ? 'end' : 'middle' }, t.toFixed(1));
   }
-  svg.cursor = drawn(svg, 'line', { y1: 8, y2: height - 18, stroke: 'currentColor', 'stroke-width': 1, opacity: 0.6 });
+  svg.cursor = drawn(svg, 'line', { y1: 22, y2: height - 18, stroke: 'currentColor', 'stroke-width': 1, opacity: 0.6 });
   svg.place = x;
   svg.addEventListener('click', (click) => {
     const at = ((click.clientX - svg.getBoundingClientRect().left) / svg.getBoundingClientRect().width) * width;
@@ -123,7 +123,7 @@ function space() {
   const high = [0, 1, 2].map((axis) => points.reduce((most, p) => Math.max(most, p[axis]), -Infinity));
   const middle = low.map((v, axis) => (v + high[axis]) / 2);
   const size = Math.max(...low.map((v, axis) => high[axis] - v), 1e-3);
-  const zoom = (state.zoom * Math.min(canvas.width, canvas.height * 1.5)) / size / 1.5;
+  const zoom = (state.zoom * Math.min(canvas.width, canvas.height * 1.5)) / size / 2;
   const [ct, st, ci, si] = [Math.cos(state.turn), Math.sin(state.turn), Math.cos(state.tilt), Math.sin(state.tilt)];
   const flat = (p) => {
     const [x, y, z] = p.map((v, axis) => v - middle[axis]);

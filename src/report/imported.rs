@@ -41,7 +41,8 @@ pub fn import_page(imported: &Imported) -> String {
             })
         })
         .collect();
-    let guessed = imported.guesses.iter().map(|g| format!("{}: {}, because {}", g.what, g.value, g.reason));
+    let guessed =
+        imported.guesses.iter().map(|g| format!("{}: {}, because {}", g.what, g.value, g.reason));
     let dropped = imported.dropped.iter().map(|d| format!("left out: {} ({})", d.what, d.count));
     let notes: Vec<String> = guessed.chain(dropped).take(1000).collect();
     let data = json!({

@@ -15,6 +15,7 @@ mod cli;
 mod cli_folders;
 mod cli_refusals;
 mod experiments;
+mod imports;
 mod relational_cli;
 mod report;
 mod sweeps;

@@ -12,6 +12,7 @@ use symbolt::task::import::{
     Angle, Handed, Imported, Length, Mapping, QuaternionOrder, Rotation, Streams, TableMap,
     TimeUnit, Up, fits,
 };
+use symbolt::task::{Recording, TaskError};
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile, number};
@@ -145,9 +146,10 @@ impl ReadingArgs {
             return Err(BadArgument::range("--sessions", sessions, "a pattern with {session}"));
         }
         for kind in &self.kind {
-            let (pattern, kind) = kind.split_once('=').filter(|(_, kind)| !kind.is_empty()).ok_or_else(|| {
-                BadArgument::range("--kind", kind, "ID=KIND, such as 'm6_*=bolt'")
-            })?;
+            let (pattern, kind) =
+                kind.split_once('=').filter(|(_, kind)| !kind.is_empty()).ok_or_else(|| {
+                    BadArgument::range("--kind", kind, "ID=KIND, such as 'm6_*=bolt'")
+                })?;
             mapping.kinds.insert(pattern.into(), kind.into());
         }
         mapping.ignore.extend(self.ignore.iter().cloned());
@@ -189,21 +191,29 @@ fn files(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
         let mut found: Vec<PathBuf> = Vec::new();
         for entry in entries.flatten() {
             if found.len() >= MOST_FILES {
-                return Err(FileError::TooManyEntries { folder: folder.into(), max_entries: MOST_FILES }.into());
+                return Err(FileError::TooManyEntries {
+                    folder: folder.into(),
+                    max_entries: MOST_FILES,
+                }
+                .into());
             }
             if fits(&pattern, &entry.file_name().to_string_lossy()) {
                 found.push(folder.join(entry.file_name()));
             }
         }
         if found.is_empty() {
-            let problem = format!("{}: no file fits; expected logs such as {pattern}", log.display());
+            let problem =
+                format!("{}: no file fits; expected logs such as {pattern}", log.display());
             bail!(BadArgument(problem));
         }
         found.sort();
         files.extend(found);
     }
     if files.len() > MOST_FILES {
-        bail!(BadArgument(format!("{} files are named; expected at most {MOST_FILES}", files.len())));
+        bail!(BadArgument(format!(
+            "{} files are named; expected at most {MOST_FILES}",
+            files.len()
+        )));
     }
     Ok(files)
 }
@@ -229,13 +239,19 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     drop(progress);
     if args.dry_run {
         let mapping = imported.mapping.to_json()?;
-        return answer(&args.common, || tables::json(&imported), || tables::text(&imported) + "\n" + &mapping);
+        return answer(
+            &args.common,
+            || tables::json(&imported),
+            || tables::text(&imported) + "\n" + &mapping,
+        );
     }
     if !matches!(page, Place::Default) {
         page.write(import_page(&imported))?;
     }
     match &out {
-        Place::Default => answer(&args.common, || tables::json(&imported), || tables::text(&imported)),
+        Place::Default => {
+            answer(&args.common, || tables::json(&imported), || tables::text(&imported))
+        }
         Place::Stdout => out.write(recording(&imported)?),
         Place::File(path, _) => {
             out.write(recording(&imported)?)?;
@@ -245,6 +261,9 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     }
 }
 
+/// Returns the recording as text that our own reader takes.
 fn recording(imported: &Imported) -> Result<String, Error> {
-    Ok(imported.recording.to_jsonl(None)?)
+    let text = imported.recording.to_jsonl(None)?;
+    Recording::parse(text.as_bytes(), "the recording").map_err(TaskError::from)?;
+    Ok(text)
 }

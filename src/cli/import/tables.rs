@@ -20,7 +20,9 @@ fn name(event: SnapshotEvent) -> &'static str {
 
 /// Returns a text of the log without characters that a terminal obeys.
 fn plain(text: &str) -> String {
-    text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
+    text.chars()
+        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
+        .collect()
 }
 
 pub(super) fn text(imported: &Imported) -> String {
@@ -40,9 +42,17 @@ pub(super) fn text(imported: &Imported) -> String {
             imported.moments.iter().filter(|m| m.session == index).count().to_string(),
         ]);
     }
-    section(&mut text, &format!("{} of {}", counted(sessions.len(), "session"), counted(imported.rows as usize, "row")), &grid);
-    text.push('\n');
-    let mut grid = Grid::new(&["session", "object", "kind", ">poses", ">Hz", ">noise mm", ">carried"]);
+    section(
+        &mut text,
+        &format!(
+            "{} of {}",
+            counted(sessions.len(), "session"),
+            counted(imported.rows as usize, "row")
+        ),
+        &grid,
+    );
+    let mut grid =
+        Grid::new(&["session", "object", "kind", ">poses", ">Hz", ">noise mm", ">carried"]);
     for seen in imported.seen.iter().take(MOST_ROWS) {
         grid.row([
             plain(&sessions[seen.session].name),
@@ -55,7 +65,6 @@ pub(super) fn text(imported: &Imported) -> String {
         ]);
     }
     section(&mut text, "Objects", &grid);
-    text.push('\n');
     let mut grid = Grid::new(&["session", ">s", "event", "object", "evidence"]);
     for moment in imported.moments.iter().take(MOST_ROWS) {
         let mut evidence = plain(&moment.evidence);
@@ -81,14 +90,16 @@ pub(super) fn text(imported: &Imported) -> String {
     }
     for guess in &imported.guesses {
         let file = if guess.file.is_empty() { String::new() } else { format!(" ({})", guess.file) };
-        let line = format!("guessed {}: {}, because {}{file}", guess.what, guess.value, guess.reason);
+        let line =
+            format!("guessed {}: {}, because {}{file}", guess.what, guess.value, guess.reason);
         text += &format!("\n{}", wrapped(&plain(&line), 6));
     }
     if !imported.guesses.is_empty() {
         text.push('\n');
     }
     for dropped in &imported.dropped {
-        let times = if dropped.count == 1 { String::new() } else { format!(" ({} times)", dropped.count) };
+        let times =
+            if dropped.count == 1 { String::new() } else { format!(" ({} times)", dropped.count) };
         text += &format!("\n{}", wrapped(&plain(&format!("left out: {}{times}", dropped.what)), 6));
     }
     if !imported.dropped.is_empty() {

@@ -88,7 +88,9 @@ pub(super) type Grips = BTreeMap<Arc<str>, Vec<Vector3<f64>>>;
 /// Finds the carries of the parts of all sessions.
 pub(super) fn carries(sessions: &[Session]) -> Vec<Vec<Carries>> {
     let motions: Vec<Vec<Vec<Motion>>> = (sessions.iter())
-        .map(|session| session.parts.iter().map(|part| part.tracks.iter().map(motion).collect()).collect())
+        .map(|session| {
+            session.parts.iter().map(|part| part.tracks.iter().map(motion).collect()).collect()
+        })
         .collect();
     let mut grips = Grips::new();
     // The second time it is known where each kind is held.
@@ -100,7 +102,9 @@ pub(super) fn carries(sessions: &[Session]) -> Vec<Vec<Carries>> {
             .zip(&motions)
             .map(|(session, motions)| {
                 let parts = session.parts.iter().zip(motions);
-                parts.map(|(part, motions)| of_part(part, motions.clone(), &grips, &mut new)).collect()
+                parts
+                    .map(|(part, motions)| of_part(part, motions.clone(), &grips, &mut new))
+                    .collect()
             })
             .collect();
         if last || new.is_empty() {
@@ -134,13 +138,18 @@ fn note(part: &Part, rides: &[Ride], new: &mut Grips) {
 fn held(part: &Part, hold: &Hold, found: &mut Carries, grips: &Grips, new: &mut Grips) {
     let own = |id: &String| part.tracks.iter().position(|track| *track.id == **id);
     let named = hold.object.as_ref().and_then(own);
-    let mut rides: Vec<Ride> = (0..part.tracks.len()).filter_map(|object| ride(part, found, object, hold.from, hold.to)).collect();
+    let mut rides: Vec<Ride> = (0..part.tracks.len())
+        .filter_map(|object| ride(part, found, object, hold.from, hold.to))
+        .collect();
     let mut evidence = hold.evidence.clone();
     note(part, &rides, new);
     let object = match named.or_else(|| best(part, &rides, grips)) {
         Some(object) => object,
         None => {
-            let what = format!("{:.2} to {:.2} s: {}, and no object moved", hold.from, hold.to, hold.evidence);
+            let what = format!(
+                "{:.2} to {:.2} s: {}, and no object moved",
+                hold.from, hold.to, hold.evidence
+            );
             found.dropped.push(what);
             return;
         }
@@ -167,7 +176,8 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
     let inside = between(&track.samples, from, to);
     let stepped: Vec<&Sample> = inside.iter().step_by((inside.len() / 60).max(1)).collect();
     if !motion.sparse {
-        let common = |m: &&Move| m.to.min(to) - m.from.max(from) > 0.5 * (m.to - m.from).min(to - from);
+        let common =
+            |m: &&Move| m.to.min(to) - m.from.max(from) > 0.5 * (m.to - m.from).min(to - from);
         let moved = motion.moves.iter().filter(common).map(|m| m.distance).fold(0.0, f64::max);
         if moved < 2.0 * motion.limit {
             return None;
@@ -185,7 +195,8 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
             .collect();
         let deviation = |samples: &[Sample]| {
             let place = Vector3::from(middle(samples)?);
-            let mut off: Vec<f64> = samples.iter().map(|s| (Vector3::from(s.position) - place).norm()).collect();
+            let mut off: Vec<f64> =
+                samples.iter().map(|s| (Vector3::from(s.position) - place).norm()).collect();
             median(&mut off)
         };
         let own: Vec<Sample> = stepped.iter().map(|s| **s).collect();
@@ -199,7 +210,8 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
     let place = Vector3::from(before.position);
     let pose = Pose::at(before.position);
     let count = stepped.len().max(1) as f64;
-    let moved = stepped.iter().map(|s| (Vector3::from(s.position) - place).norm()).sum::<f64>() / count;
+    let moved =
+        stepped.iter().map(|s| (Vector3::from(s.position) - place).norm()).sum::<f64>() / count;
     if moved < MOVED {
         return None;
     }
@@ -209,7 +221,13 @@ fn ride(part: &Part, found: &Carries, object: usize, from: f64, to: f64) -> Opti
     };
     let (grip, _) = hand_at(hand, from)?;
     let off = (stepped.iter())
-        .filter_map(|s| Some((Vector3::from(s.position) - Vector3::from(ridden(hand, &pose, from, s.t)?.position)).norm()))
+        .filter_map(|s| {
+            Some(
+                (Vector3::from(s.position)
+                    - Vector3::from(ridden(hand, &pose, from, s.t)?.position))
+                .norm(),
+            )
+        })
         .sum::<f64>()
         / count;
     let ride = Ride { object, off, far: (place - grip).norm(), moved, height, grip: None };
@@ -231,18 +249,24 @@ const SAME_GRIP: f64 = 0.03;
 fn best(part: &Part, rides: &[Ride], grips: &Grips) -> Option<usize> {
     let least = rides.iter().map(|ride| ride.off).fold(f64::INFINITY, f64::min);
     let most = rides.iter().map(|ride| ride.moved).fold(0.0, f64::max);
-    let close = rides.iter().filter(|ride| ride.off <= 1.5 * least + 2e-3 && ride.moved >= 0.6 * most);
+    let close =
+        rides.iter().filter(|ride| ride.off <= 1.5 * least + 2e-3 && ride.moved >= 0.6 * most);
     let close: Vec<&Ride> = close.collect();
     let known = |ride: &Ride| {
         let own = grips.get(&part.tracks[ride.object].kind)?;
-        let distance = own.iter().map(|grip| Some((ride.grip? - grip).norm())).flatten().fold(f64::INFINITY, f64::min);
+        let distance = own
+            .iter()
+            .map(|grip| Some((ride.grip? - grip).norm()))
+            .flatten()
+            .fold(f64::INFINITY, f64::min);
         (distance < SAME_GRIP).then_some(distance)
     };
     let seen = close.iter().filter_map(|ride| Some((known(ride)?, ride.object)));
     if let Some((_, object)) = seen.min_by(|a, b| a.0.total_cmp(&b.0)) {
         return Some(object);
     }
-    let nearest = close.iter().min_by(|a, b| a.far.total_cmp(&b.far).then(a.height.total_cmp(&b.height)));
+    let nearest =
+        close.iter().min_by(|a, b| a.far.total_cmp(&b.far).then(a.height.total_cmp(&b.height)));
     nearest.map(|ride| ride.object)
 }
 
@@ -266,7 +290,10 @@ fn moved(part: &Part, found: &mut Carries, grips: &Grips, new: &mut Grips) {
                 // A rest in the air: it is short, or the hand rests, too.
                 Some(last)
                     if next.from - last.to < SHORT_S && !others(last.to, next.from)
-                        || part.hand.as_ref().is_some_and(|hand| rests(hand, last.to, next.from)) =>
+                        || part
+                            .hand
+                            .as_ref()
+                            .is_some_and(|hand| rests(hand, last.to, next.from)) =>
                 {
                     last.to = next.to;
                     last.distance = last.distance.max(next.distance);
@@ -279,19 +306,31 @@ fn moved(part: &Part, found: &mut Carries, grips: &Grips, new: &mut Grips) {
     all.sort_by(|a, b| a.1.from.total_cmp(&b.1.from));
     while let Some((object, first)) = all.first().copied() {
         // What moved at the same time.
-        let common = |m: &Move| m.to.min(first.to) - m.from.max(first.from) > 0.5 * (m.to - m.from).min(first.to - first.from);
+        let common = |m: &Move| {
+            m.to.min(first.to) - m.from.max(first.from)
+                > 0.5 * (m.to - m.from).min(first.to - first.from)
+        };
         let group: Vec<(usize, Move)> = all.iter().filter(|(_, m)| common(m)).copied().collect();
-        all.retain(|(i, m)| *i != object && !common(m) || *i == object && *m != first && !common(m));
-        let rides: Vec<Ride> = group.iter().filter_map(|(i, m)| ride(part, found, *i, m.from, m.to)).collect();
+        all.retain(|(i, m)| {
+            *i != object && !common(m) || *i == object && *m != first && !common(m)
+        });
+        let rides: Vec<Ride> =
+            group.iter().filter_map(|(i, m)| ride(part, found, *i, m.from, m.to)).collect();
         note(part, &rides, new);
         let Some(best) = best(part, &rides, grips) else {
             let id = &part.tracks[object].id;
-            found.dropped.push(format!("{:.2} to {:.2} s: {id} moved, but not with the hand", first.from, first.to));
+            found.dropped.push(format!(
+                "{:.2} to {:.2} s: {id} moved, but not with the hand",
+                first.from, first.to
+            ));
             continue;
         };
         let Some((_, own)) = group.iter().find(|(i, _)| *i == best) else { continue };
         let ride = rides.iter().find(|ride| ride.object == best);
-        let evidence = format!("motion{}", ride.map_or_else(String::new, |r| in_words(r, part.hand.is_some())));
+        let evidence = format!(
+            "motion{}",
+            ride.map_or_else(String::new, |r| in_words(r, part.hand.is_some()))
+        );
         let riders = rides.iter().map(|ride| ride.object).filter(|i| *i != best).collect();
         found.carries.push(Carry { from: own.from, to: own.to, object: best, riders, evidence });
     }

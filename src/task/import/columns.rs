@@ -42,47 +42,74 @@ pub(super) struct Column {
     pub doubt: u8,
 }
 
-const TURNS: [&str; 9] = [
-    "orientation",
-    "quaternion",
-    "quat",
-    "rotation",
-    "rot",
-    "q",
-    "orient",
-    "ori",
-    "attitude",
-];
-const PLACES: [&str; 9] = [
-    "position",
-    "pos",
-    "pose",
-    "translation",
-    "trans",
-    "transform",
-    "point",
-    "xyz",
-    "location",
-];
+const TURNS: [&str; 9] =
+    ["orientation", "quaternion", "quat", "rotation", "rot", "q", "orient", "ori", "attitude"];
+const PLACES: [&str; 9] =
+    ["position", "pos", "pose", "translation", "trans", "transform", "point", "xyz", "location"];
 const ANGLES: [&str; 2] = ["euler", "rpy"];
 const VECTORS: [&str; 3] = ["rotvec", "rvec", "axisangle"];
 const IDS: [&str; 16] = [
-    "id", "object", "name", "label", "marker", "body", "objectid", "objectname", "trackid",
-    "childframeid", "entity", "tag", "item", "bodyname", "rigidbody", "obj",
+    "id",
+    "object",
+    "name",
+    "label",
+    "marker",
+    "body",
+    "objectid",
+    "objectname",
+    "trackid",
+    "childframeid",
+    "entity",
+    "tag",
+    "item",
+    "bodyname",
+    "rigidbody",
+    "obj",
 ];
 const KINDS: [&str; 7] =
     ["kind", "class", "type", "category", "objecttype", "classname", "objectclass"];
 const SESSIONS: [&str; 13] = [
-    "session", "demo", "episode", "trial", "run", "demonstration", "demoid", "episodeid",
-    "sessionid", "trialid", "take", "episodeindex", "demoindex",
+    "session",
+    "demo",
+    "episode",
+    "trial",
+    "run",
+    "demonstration",
+    "demoid",
+    "episodeid",
+    "sessionid",
+    "trialid",
+    "take",
+    "episodeindex",
+    "demoindex",
 ];
 const TIMES: [&str; 11] = [
-    "t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", "clock", "simtime",
+    "t",
+    "time",
+    "timestamp",
+    "stamp",
+    "sec",
+    "secs",
+    "seconds",
+    "elapsed",
+    "clock",
+    "simtime",
     "elapsedtime",
 ];
 const WIDTHS: [&str; 14] = [
-    "gripwidth", "gripperwidth", "width", "gripper", "grip", "gripperposition", "gripperpos",
-    "gripperopening", "fingerwidth", "aperture", "opening", "gripperaperture", "fingers",
+    "gripwidth",
+    "gripperwidth",
+    "width",
+    "gripper",
+    "grip",
+    "gripperposition",
+    "gripperpos",
+    "gripperopening",
+    "fingerwidth",
+    "aperture",
+    "opening",
+    "gripperaperture",
+    "fingers",
     "gripperstate",
 ];
 
@@ -118,7 +145,9 @@ fn unit(word: &str) -> Option<Unit> {
         "s" | "sec" | "secs" | "seconds" => Unit::Time(TimeUnit::Second),
         "ms" | "msec" | "millis" => Unit::Time(TimeUnit::Millisecond),
         "us" | "usec" | "micros" => Unit::Time(TimeUnit::Microsecond),
-        "ns" | "nsec" | "nsecs" | "nanosec" | "nanosecs" | "nanoseconds" | "nanos" => Unit::Time(TimeUnit::Nanosecond),
+        "ns" | "nsec" | "nsecs" | "nanosec" | "nanosecs" | "nanoseconds" | "nanos" => {
+            Unit::Time(TimeUnit::Nanosecond)
+        }
         "deg" | "degrees" => Unit::Angle(Angle::Degree),
         "rad" | "radians" => Unit::Angle(Angle::Radian),
         _ => return None,
@@ -149,9 +178,12 @@ pub(super) fn recognise(name: &str) -> Option<Column> {
     let column = |field, object, doubt| Some(Column { field, object, unit: end_unit, doubt });
     let last = words.last()?.text.clone();
     let count = words.len();
-    for (list, field) in
-        [(&TIMES[..], Field::Time), (&IDS, Field::Id), (&KINDS, Field::Kind), (&SESSIONS, Field::Session)]
-    {
+    for (list, field) in [
+        (&TIMES[..], Field::Time),
+        (&IDS, Field::Id),
+        (&KINDS, Field::Kind),
+        (&SESSIONS, Field::Session),
+    ] {
         if list.contains(&whole.as_str()) {
             return column(field, String::new(), 0);
         }
@@ -171,7 +203,9 @@ pub(super) fn recognise(name: &str) -> Option<Column> {
     if words.iter().any(|word| held.contains(&word.text.as_str())) || whole == "gripperclosed" {
         return column(Field::Grasp, String::new(), 0);
     }
-    if let Some(at) = words.iter().position(|w| ["contact", "contacts", "touch"].contains(&w.text.as_str())) {
+    if let Some(at) =
+        words.iter().position(|w| ["contact", "contacts", "touch"].contains(&w.text.as_str()))
+    {
         let object = match at {
             0 if count > 1 => name[words[1].at..].to_owned(),
             0 => String::new(),
@@ -215,7 +249,8 @@ pub(super) fn recognise(name: &str) -> Option<Column> {
     {
         return column(Field::Position(number), before(count - 1), 1);
     }
-    let spelled = |start: &str| last.strip_prefix(start).filter(|rest| !rest.is_empty()).map(str::to_owned);
+    let spelled =
+        |start: &str| last.strip_prefix(start).filter(|rest| !rest.is_empty()).map(str::to_owned);
     if let Some(rest) = spelled("q") {
         if let Some(axis) = axis(&rest).or((rest == "w").then_some(3)) {
             return column(Field::Quaternion(axis), before(count - 1), 0);
@@ -231,7 +266,9 @@ pub(super) fn recognise(name: &str) -> Option<Column> {
         return column(Field::Turn(axis, Some(true)), before(count - 1), 0);
     }
     for start in ["r", "m", "rot"] {
-        let entry = spelled(start).filter(|rest| rest.len() == 2).and_then(|rest| rest.parse::<usize>().ok());
+        let entry = spelled(start)
+            .filter(|rest| rest.len() == 2)
+            .and_then(|rest| rest.parse::<usize>().ok());
         if let Some(entry) = entry.filter(|n| n / 10 < 4 && n % 10 < 4) {
             return column(Field::Matrix(entry), before(count - 1), 0);
         }
@@ -249,15 +286,32 @@ pub(super) fn recognise(name: &str) -> Option<Column> {
 
 /// Words of ids that stand for the robot's hand.
 const HANDS: [&str; 15] = [
-    "hand", "gripper", "ee", "eef", "tcp", "tool", "tool0", "endeffector", "effector", "wrist",
-    "palm", "robot", "arm", "fingertip", "flange",
+    "hand",
+    "gripper",
+    "ee",
+    "eef",
+    "tcp",
+    "tool",
+    "tool0",
+    "endeffector",
+    "effector",
+    "wrist",
+    "palm",
+    "robot",
+    "arm",
+    "fingertip",
+    "flange",
 ];
 
 /// Returns whether an id is that of a hand, by its words.
 pub(super) fn names_a_hand(id: &str) -> bool {
     let words = words(id);
     let whole: String = words.iter().map(|word| word.text.as_str()).collect();
-    HANDS.contains(&whole.as_str()) || words.iter().any(|w| ["gripper", "tcp", "eef", "hand", "endeffector", "effector", "tool0"].contains(&w.text.as_str()))
+    HANDS.contains(&whole.as_str())
+        || words.iter().any(|w| {
+            ["gripper", "tcp", "eef", "hand", "endeffector", "effector", "tool0"]
+                .contains(&w.text.as_str())
+        })
 }
 
 /// Returns the kind that an id names: the id without the number at its end.
@@ -301,7 +355,10 @@ mod tests {
         for name in ["fx", "note", "wrist_camera_capture", "", "__", "é"] {
             assert_eq!(recognise(name), None, "{name}");
         }
-        assert_eq!(recognise("time (ms)").and_then(|c| c.unit), Some(Unit::Time(TimeUnit::Millisecond)));
+        assert_eq!(
+            recognise("time (ms)").and_then(|c| c.unit),
+            Some(Unit::Time(TimeUnit::Millisecond))
+        );
         assert_eq!(kind_of("cup_12"), "cup");
         assert_eq!(kind_of("7"), "7");
         assert!(names_a_hand("panda_hand") && names_a_hand("robot") && !names_a_hand("handle"));

@@ -9,6 +9,7 @@ use super::pattern::Pattern;
 use super::streams::{Guess, Sample, Source, Streams};
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
+use crate::task::recording::MAX_NAME;
 
 /// Greatest number of rows of a file.
 const MOST_ROWS: u64 = 20_000_000;
@@ -45,7 +46,12 @@ fn is_missing(cell: &[u8]) -> bool {
 }
 
 /// Returns the number in a cell; `None` for a missing one.
-fn number(record: &ByteRecord, column: usize, comma: bool, row: &Row<'_>) -> Result<Option<f64>, InputFault> {
+fn number(
+    record: &ByteRecord,
+    column: usize,
+    comma: bool,
+    row: &Row<'_>,
+) -> Result<Option<f64>, InputFault> {
     let cell = record.get(column).unwrap_or_default().trim_ascii();
     if is_missing(cell) {
         return Ok(None);
@@ -65,9 +71,16 @@ fn number(record: &ByteRecord, column: usize, comma: bool, row: &Row<'_>) -> Res
 }
 
 /// Returns the flag in a cell; `None` for a missing one.
-fn flag(record: &ByteRecord, column: usize, comma: bool, row: &Row<'_>) -> Result<Option<bool>, InputFault> {
+fn flag(
+    record: &ByteRecord,
+    column: usize,
+    comma: bool,
+    row: &Row<'_>,
+) -> Result<Option<bool>, InputFault> {
     let cell = record.get(column).unwrap_or_default().trim_ascii();
-    for (words, value) in [(["true", "yes", "closed", "on"], true), (["false", "no", "open", "off"], false)] {
+    for (words, value) in
+        [(["true", "yes", "closed", "on"], true), (["false", "no", "open", "off"], false)]
+    {
         if words.iter().any(|word| cell.eq_ignore_ascii_case(word.as_bytes())) {
             return Ok(Some(value));
         }
@@ -103,7 +116,12 @@ fn syntax(file: &str, error: &csv::Error) -> InputFault {
 
 impl Text {
     /// Finds out how a table is written from its first lines.
-    fn of(bytes: &[u8], file: &str, table: &TableMap, guesses: &mut Vec<Guess>) -> Result<Self, InputFault> {
+    fn of(
+        bytes: &[u8],
+        file: &str,
+        table: &TableMap,
+        guesses: &mut Vec<Guess>,
+    ) -> Result<Self, InputFault> {
         let fault = |problem: &str, expected: &str| InputFault {
             file: file.into(),
             line: None,
@@ -118,10 +136,15 @@ impl Text {
         };
         let delimiter = match table.delimiter {
             Some(c) if c.is_ascii() => c as u8,
-            Some(c) => return Err(fault(&format!("the delimiter is `{c}`"), "one of , ; | and a tab")),
+            Some(c) => {
+                return Err(fault(&format!("the delimiter is `{c}`"), "one of , ; | and a tab"));
+            }
             None => {
                 let count = |d: &u8| first.iter().filter(|b| *b == d).count();
-                [b',', b';', b'\t', b'|'].into_iter().max_by_key(|d| (count(d), *d == b',')).unwrap_or(b',')
+                [b',', b';', b'\t', b'|']
+                    .into_iter()
+                    .max_by_key(|d| (count(d), *d == b','))
+                    .unwrap_or(b',')
             }
         };
         let mut looked: Vec<ByteRecord> = Vec::new();
@@ -130,8 +153,14 @@ impl Text {
         }
         let comma = delimiter != b',' && decimal_comma(&looked);
         if comma {
-            let reason = "cells have one comma and no point, and another character stands between fields";
-            guesses.push(Guess { what: "decimal".into(), value: ",".into(), reason: reason.into(), file: file.into() });
+            let reason =
+                "cells have one comma and no point, and another character stands between fields";
+            guesses.push(Guess {
+                what: "decimal".into(),
+                value: ",".into(),
+                reason: reason.into(),
+                file: file.into(),
+            });
         }
         let numeric = |cell: &[u8]| {
             let text = std::str::from_utf8(cell.trim_ascii()).unwrap_or("?");
@@ -146,14 +175,24 @@ impl Text {
         let rows = match table.header_rows {
             Some(rows) => rows,
             // A table of names has rows that are names, too: only alike rows of several can be told.
-            None => looked.iter().take(3).take_while(|record| named(record)).count().min(if looked.len() > 1 { 3 } else { 1 }),
+            None => looked
+                .iter()
+                .take(3)
+                .take_while(|record| named(record))
+                .count()
+                .min(if looked.len() > 1 { 3 } else { 1 }),
         };
         if rows == 0 || rows > looked.len() {
             return Err(fault("it has no row of names", "names of the columns in the first row"));
         }
         if rows > 1 && table.header_rows.is_none() {
             let reason = "so many rows have no numbers; their names are joined by a dot";
-            guesses.push(Guess { what: "header_rows".into(), value: rows.to_string(), reason: reason.into(), file: file.into() });
+            guesses.push(Guess {
+                what: "header_rows".into(),
+                value: rows.to_string(),
+                reason: reason.into(),
+                file: file.into(),
+            });
         }
         let columns = looked[..rows].iter().map(ByteRecord::len).max().unwrap_or_default();
         if columns > MOST_COLUMNS {
@@ -234,6 +273,15 @@ impl Streams {
             Some(angle) => angle,
             None => guess_angle(bytes, &text, &layout, file, &mut guesses)?,
         };
+        if let Some(length) = layout.length.filter(|_| table.length.or(mapping.length).is_none()) {
+            let reason = "columns have it in their names".to_owned();
+            guesses.push(Guess {
+                what: "length".into(),
+                value: length.name().into(),
+                reason,
+                file: file.into(),
+            });
+        }
         let source = self.sources.len() as u32;
         self.sources.push(Source {
             file: file.into(),
@@ -250,6 +298,19 @@ impl Streams {
             times: Vec::new(),
             rows: 0,
         });
+        if mapping.tables.is_empty() {
+            let mut read = layout.described(header, &mapping);
+            read.header_rows = (text.rows > 1).then_some(text.rows);
+            match self.tables.iter_mut().find(|(table, _)| *table == read) {
+                Some((_, files)) => files.push(name.to_owned()),
+                None => self.tables.push((read, vec![name.to_owned()])),
+            }
+            if mapping.session.is_none()
+                && let Some(column) = layout.session
+            {
+                self.mapping.session = Some(header[column].clone());
+            }
+        }
         if !layout.unused.is_empty() {
             self.unused.push((file.into(), layout.unused.clone()));
         }
@@ -259,9 +320,13 @@ impl Streams {
         let (session, part) = match place(self, name) {
             Some(place) => place,
             None if mapping.sessions.is_some() => {
-                let problem = format!("its name does not fit the pattern of `sessions` in the mapping");
+                let problem =
+                    format!("its name does not fit the pattern of `sessions` in the mapping");
                 return Err(InputFault {
-                    file: file.into(), line: None, field: String::new(), problem,
+                    file: file.into(),
+                    line: None,
+                    field: String::new(),
+                    problem,
                     expected: mapping.sessions.unwrap_or_default(),
                 });
             }
@@ -269,19 +334,27 @@ impl Streams {
         };
         let referred = mapping.tables.iter().filter_map(|t| t.row_of.as_ref());
         let referred = referred.into_iter().any(|pattern| Pattern::fits(pattern, name));
-        let rows = Rows { layout: &layout, text: &text, file, angle, source, referred, session, part };
+        let rows =
+            Rows { layout: &layout, text: &text, file, angle, source, referred, session, part };
         rows.read(bytes, self)
     }
 
     /// Notes that the clock of a file starts again.
     fn note_reset(&mut self, file: &str, line: u64) {
         let reason = format!("the time goes back at line {line}");
-        self.note(Guess { what: "session".into(), value: "another".into(), reason, file: file.into() });
+        self.note(Guess {
+            what: "session".into(),
+            value: "another".into(),
+            reason,
+            file: file.into(),
+        });
     }
 
     /// Notes a guess, once for all files that give the same.
     fn note(&mut self, guess: Guess) {
-        let same = |g: &&mut Guess| g.what == guess.what && g.value == guess.value && g.reason == guess.reason;
+        let same = |g: &&mut Guess| {
+            g.what == guess.what && g.value == guess.value && g.reason == guess.reason
+        };
         match self.guesses.iter_mut().find(same) {
             Some(known) if known.file != guess.file => known.file.clear(),
             Some(_) => {}
@@ -299,7 +372,9 @@ fn guess_angle(
     guesses: &mut Vec<Guess>,
 ) -> Result<Angle, InputFault> {
     let three: Vec<usize> = (layout.bodies.iter())
-        .filter_map(|body| if let Turn::Three(columns, _) = body.turn { Some(columns) } else { None })
+        .filter_map(
+            |body| if let Turn::Three(columns, _) = body.turn { Some(columns) } else { None },
+        )
         .flatten()
         .collect();
     if three.is_empty() {
@@ -311,12 +386,18 @@ fn guess_angle(
         let line = record.position().map_or(0, csv::Position::line);
         let row = Row { file, line, header: &text.header };
         for column in &three {
-            greatest = greatest.max(number(&record, *column, text.comma, &row)?.unwrap_or(0.0).abs());
+            greatest =
+                greatest.max(number(&record, *column, text.comma, &row)?.unwrap_or(0.0).abs());
         }
     }
     let angle = if greatest > 6.4 { Angle::Degree } else { Angle::Radian };
     let reason = format!("the greatest angle of the first rows is {greatest:.1}");
-    guesses.push(Guess { what: "angle".into(), value: angle.name().into(), reason, file: file.into() });
+    guesses.push(Guess {
+        what: "angle".into(),
+        value: angle.name().into(),
+        reason,
+        file: file.into(),
+    });
     Ok(angle)
 }
 
@@ -370,7 +451,8 @@ impl Rows<'_> {
         let mut bodies: Vec<Option<usize>> = vec![None; self.layout.bodies.len()];
         let mut last_session: Vec<u8> = Vec::new();
         loop {
-            let more = csv.read_byte_record(&mut record).map_err(|error| syntax(self.file, &error))?;
+            let more =
+                csv.read_byte_record(&mut record).map_err(|error| syntax(self.file, &error))?;
             if !more {
                 break;
             }
@@ -386,7 +468,11 @@ impl Rows<'_> {
                 return Err(row.fault(usize::MAX, problem, &expected));
             }
             if count > MOST_ROWS {
-                return Err(row.fault(usize::MAX, "the file has too many rows".into(), "at most 20 million"));
+                return Err(row.fault(
+                    usize::MAX,
+                    "the file has too many rows".into(),
+                    "at most 20 million",
+                ));
             }
             // Another session begins with another value of its column.
             let own = self.layout.session.map(|column| record.get(column).unwrap_or_default());
@@ -421,7 +507,9 @@ impl Rows<'_> {
             }
             self.signals(&record, &row, t, &mut into.parts[part])?;
             let id = match self.layout.id {
-                Some(column) => Some(name(record.get(column).unwrap_or_default(), Some(column), &row)?),
+                Some(column) => {
+                    Some(name(record.get(column).unwrap_or_default(), Some(column), &row)?)
+                }
                 None => None,
             };
             for (index, body) in self.layout.bodies.iter().enumerate() {
@@ -441,7 +529,8 @@ impl Rows<'_> {
                     && last.source == self.source
                     && let Some(factor) = switched(&last.position, &sample.position)
                 {
-                    let problem = format!("the position of {id} is {factor} times that of its row before");
+                    let problem =
+                        format!("the position of {id} is {factor} times that of its row before");
                     return Err(row.fault(body.position[0], problem, "one unit in the whole file"));
                 }
                 into.parts[part].tracks[track].samples.push(sample);
@@ -482,7 +571,13 @@ impl Rows<'_> {
         }
     }
 
-    fn signals(&self, record: &ByteRecord, row: &Row<'_>, t: f64, part: &mut super::streams::Part) -> Result<(), InputFault> {
+    fn signals(
+        &self,
+        record: &ByteRecord,
+        row: &Row<'_>,
+        t: f64,
+        part: &mut super::streams::Part,
+    ) -> Result<(), InputFault> {
         let comma = self.text.comma;
         if let Some(column) = self.layout.width
             && let Some(value) = number(record, column, comma, row)?
@@ -499,7 +594,9 @@ impl Rows<'_> {
         for (object, column) in &self.layout.contacts {
             let Some(value) = flag(record, *column, comma, row)? else { continue };
             let object = match (object.is_empty(), self.layout.id) {
-                (true, Some(id)) => String::from_utf8_lossy(record.get(id).unwrap_or_default()).into_owned(),
+                (true, Some(id)) => {
+                    String::from_utf8_lossy(record.get(id).unwrap_or_default()).into_owned()
+                }
                 _ => object.clone(),
             };
             part.contacts.entry(object).or_default().push((t, value));
@@ -547,7 +644,11 @@ impl Rows<'_> {
                         }
                         if !(0.9..1.1).contains(&norm) {
                             let problem = format!("the quaternion has the norm {norm:.3}");
-                            return Err(row.fault(columns[0], problem, "a unit quaternion: are these its columns?"));
+                            return Err(row.fault(
+                                columns[0],
+                                problem,
+                                "a unit quaternion: are these its columns?",
+                            ));
                         }
                         q.map(|v| v / norm)
                     }
@@ -558,11 +659,14 @@ impl Rows<'_> {
                 match read(columns, &mut v)? {
                     false => Sample::UNSEEN,
                     true => {
-                        let scale = if self.angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
+                        let scale =
+                            if self.angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
                         let [a, b, c] = v.map(|v| v * scale);
                         quaternion_array(&match rotation {
                             Rotation::Euler => UnitQuaternion::from_euler_angles(a, b, c),
-                            Rotation::Vector => UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)),
+                            Rotation::Vector => {
+                                UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c))
+                            }
                         })
                     }
                 }
@@ -573,11 +677,19 @@ impl Rows<'_> {
                     false => Sample::UNSEEN,
                     true => {
                         let matrix = Matrix3::from_row_slice(&m);
-                        if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2 && matrix.determinant() > 0.0) {
+                        if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
+                            && matrix.determinant() > 0.0)
+                        {
                             let problem = "the nine numbers are not a rotation".to_owned();
-                            return Err(row.fault(columns[0], problem, "a rotation matrix by rows"));
+                            return Err(row.fault(
+                                columns[0],
+                                problem,
+                                "a rotation matrix by rows",
+                            ));
                         }
-                        quaternion_array(&UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix)))
+                        quaternion_array(&UnitQuaternion::from_rotation_matrix(
+                            &Rotation3::from_matrix_unchecked(matrix),
+                        ))
                     }
                 }
             }
@@ -606,7 +718,7 @@ fn switched(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
 fn name(cell: &[u8], column: Option<usize>, row: &Row<'_>) -> Result<String, InputFault> {
     let text = String::from_utf8_lossy(cell.trim_ascii());
     let length = text.chars().count();
-    if length == 0 || length > 200 {
+    if length == 0 || length > MAX_NAME {
         let problem = format!("the name has {length} characters");
         return Err(row.fault(column.unwrap_or(usize::MAX), problem, "1 to 200 characters"));
     }

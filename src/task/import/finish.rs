@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::columns::{kind_of, names_a_hand};
-use super::mapping::{Handed, Length, Mapping, TimeUnit, Up};
+use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
 use super::pattern::Pattern;
 use super::streams::{Dropped, Guess, Part, Sample, Source, Streams, Track};
 use crate::robot::Pose;
@@ -37,6 +37,9 @@ pub struct Log {
     /// Number of rows that were read.
     pub rows: u64,
 }
+
+/// Greatest coordinate of a recording, in metres.
+const FARTHEST: f64 = 1e6;
 
 fn fault(file: &str, field: &str, problem: String, expected: &str) -> InputFault {
     let (file, field, expected) = (file.to_owned(), field.to_owned(), expected.to_owned());
@@ -110,6 +113,11 @@ impl Streams {
                     let source = &self.sources[sample.source as usize];
                     let unit = lengths[sample.source as usize].metres();
                     place(sample, unit, axes, source.frame.as_ref());
+                    if let Some(far) = sample.position.iter().find(|v| v.abs() > FARTHEST) {
+                        let problem = format!("{} is at {far:e} m", track.id);
+                        let expected = "coordinates of at most 1e6 m";
+                        return Err(fault(&source.file, "", problem, expected));
+                    }
                     if source.row_of.is_none() {
                         sample.t *= times[sample.source as usize].seconds();
                     }
@@ -140,7 +148,12 @@ impl Streams {
         for session in &mut sessions {
             session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
         }
-        let Self { guesses, dropped, unused, mapping, .. } = self;
+        let Self { guesses, dropped, unused, mut mapping, tables, .. } = self;
+        let alone = tables.len() == 1;
+        mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
+            files: if alone { String::new() } else { common(&files) },
+            ..table
+        }));
         Ok(Log { sessions, guesses, dropped, unused, mapping, rows })
     }
 
@@ -166,9 +179,12 @@ impl Streams {
                 Some((before, other)) if before != length => {
                     let problem = format!(
                         "its greatest coordinate is {}, that of {} is {}",
-                        size(source), other.file, size(other)
+                        size(source),
+                        other.file,
+                        size(other)
                     );
-                    let expected = "one unit in all files, or `length` for each table in the mapping";
+                    let expected =
+                        "one unit in all files, or `length` for each table in the mapping";
                     return Err(fault(&source.file, "", problem, expected));
                 }
                 Some(_) => {}
@@ -178,7 +194,8 @@ impl Streams {
         if decided.is_none()
             && let Some(source) = unknown.first()
         {
-            let problem = format!("its greatest coordinate is {}, which tells no unit", size(source));
+            let problem =
+                format!("its greatest coordinate is {}, which tells no unit", size(source));
             let expected = "--length m, mm, cm or inch, or `length` in the mapping";
             return Err(fault(&source.file, "", problem, expected));
         }
@@ -228,13 +245,24 @@ impl Streams {
                 let times = part.row_times.iter().find(|(file, _)| Pattern::fits(pattern, file));
                 let Some((file, times)) = times else {
                     let problem = format!("its session has no table `{pattern}`");
-                    return Err(fault(&source.file, "row_of", problem, "the table to whose rows it refers"));
+                    return Err(fault(
+                        &source.file,
+                        "row_of",
+                        problem,
+                        "the table to whose rows it refers",
+                    ));
                 };
                 let row = sample.t;
                 let time = (row >= 0.0 && row.fract() == 0.0).then(|| times.get(row as usize));
                 let Some(time) = time.flatten() else {
-                    let problem = format!("a row is labelled {row}, and {file} has {} rows", times.len());
-                    return Err(fault(&source.file, "row_of", problem, "the number of a row, from 0"));
+                    let problem =
+                        format!("a row is labelled {row}, and {file} has {} rows", times.len());
+                    return Err(fault(
+                        &source.file,
+                        "row_of",
+                        problem,
+                        "the number of a row, from 0",
+                    ));
                 };
                 let of = |s: &Source| s.file.rsplit('/').next() == Some(file.as_str());
                 let unit = self.sources.iter().position(of).map_or(1.0, |at| units[at].seconds());
@@ -277,7 +305,9 @@ impl Streams {
             let logged = part.kinds.get(&*track.id).cloned();
             let kind = given.or(logged).unwrap_or_else(|| {
                 let kind = kind_of(&track.id).to_owned();
-                if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind) && kind != *track.id {
+                if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind)
+                    && kind != *track.id
+                {
                     self.guess("kinds", &kind, format!("`{}` without its number", track.id));
                 }
                 // A pattern could fit other ids.
@@ -299,6 +329,17 @@ impl Streams {
             part.hand = Some(hand);
         }
     }
+}
+
+/// Returns a pattern that fits some names: their common end behind a wildcard.
+fn common(files: &[String]) -> String {
+    let [first, others @ ..] = files else { return String::new() };
+    if others.is_empty() {
+        return first.clone();
+    }
+    let starts = first.char_indices().map(|(at, _)| &first[at..]);
+    let end = starts.into_iter().find(|end| others.iter().all(|other| other.ends_with(end)));
+    format!("*{}", end.unwrap_or_default())
 }
 
 /// Returns a name so that names sort by the numbers in them.
@@ -350,7 +391,11 @@ fn split(part: Part, gap_s: f64) -> Vec<Part> {
         hand: part.hand.as_ref().map(|hand| cut_track(hand, cut)),
         width: part.width.iter().filter(|(t, _)| inside(*t, cut)).copied().collect(),
         grasp: flags(&part.grasp, cut),
-        contacts: part.contacts.iter().map(|(id, f)| (id.clone(), flags(f, cut))).collect::<BTreeMap<_, _>>(),
+        contacts: part
+            .contacts
+            .iter()
+            .map(|(id, f)| (id.clone(), flags(f, cut)))
+            .collect::<BTreeMap<_, _>>(),
         ..Part::default()
     };
     cuts.windows(2).enumerate().map(own).collect()
@@ -369,7 +414,8 @@ mod tests {
                 let mut above = [0.0; 3];
                 above["xyz".find(up.name().trim_start_matches('-')).unwrap_or(9)] = sign;
                 assert_eq!(axes.vector(above), [0.0, 0.0, 1.0], "{up:?} {handed:?}");
-                let columns = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(|e| Vector3::from(axes.vector(e)));
+                let columns = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]
+                    .map(|e| Vector3::from(axes.vector(e)));
                 let determinant = columns[0].cross(&columns[1]).dot(&columns[2]);
                 assert_eq!(determinant, axes.determinant, "{up:?} {handed:?}");
                 // R' = B R B^T, whatever the axes.

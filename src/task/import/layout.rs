@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::columns::{Field, Unit, names_a_hand, recognise};
-use super::mapping::{Angle, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap, TimeUnit};
+use super::mapping::{
+    Angle, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap, TimeUnit,
+};
 use super::streams::Guess;
 use crate::task::error::InputFault;
+use crate::task::recording::MAX_NAME;
 
 /// How a body's orientation is given, by columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +48,43 @@ pub(super) struct Layout {
     pub angle: Option<Angle>,
     /// Names of columns that are not used.
     pub unused: Vec<String>,
+}
+
+impl Layout {
+    /// Returns the part of a mapping that says the same.
+    pub fn described(&self, header: &[String], mapping: &Mapping) -> TableMap {
+        let name = |index: &usize| header[*index].clone();
+        let body = |body: &Body| {
+            let rotation = match &body.turn {
+                Turn::None => Vec::new(),
+                Turn::Quaternion([x, y, z, w]) => match mapping.quaternion {
+                    Some(QuaternionOrder::Wxyz) => [w, x, y, z].map(name).to_vec(),
+                    _ => [x, y, z, w].map(name).to_vec(),
+                },
+                Turn::Three(columns, _) => columns.iter().map(name).collect(),
+                Turn::Matrix(columns) => columns.iter().map(name).collect(),
+            };
+            (
+                body.id.clone(),
+                PoseColumns { position: body.position.each_ref().map(name), rotation },
+            )
+        };
+        let contact = |(object, index): &(String, usize)| {
+            (if object.is_empty() { "*".into() } else { object.clone() }, name(index))
+        };
+        TableMap {
+            // The sum of two columns is found by their names again.
+            time: (self.time.len() == 1).then(|| name(&self.time[0].0)),
+            id: self.id.as_ref().map(name),
+            kind: self.kind.as_ref().map(name),
+            objects: self.bodies.iter().map(body).collect(),
+            width: self.width.as_ref().map(name),
+            grasp: self.grasp.as_ref().map(name),
+            contact: self.contacts.iter().map(contact).collect(),
+            length: self.length.filter(|_| mapping.length.is_none()),
+            ..TableMap::default()
+        }
+    }
 }
 
 /// The columns of one body while they are collected.
@@ -106,7 +146,9 @@ impl Finder<'_> {
         let mut bodies: BTreeMap<String, Found> = BTreeMap::new();
         let mut used = vec![false; self.header.len()];
         let table = self.table;
-        let given = |name: &Option<String>, own: &Self| name.as_ref().map(|name| own.column(name)).transpose();
+        let given = |name: &Option<String>, own: &Self| {
+            name.as_ref().map(|name| own.column(name)).transpose()
+        };
         layout.id = given(&table.id, &self)?;
         layout.kind = given(&table.kind, &self)?;
         layout.session = given(&self.mapping.session, &self)?;
@@ -117,7 +159,6 @@ impl Finder<'_> {
             let object = if object == "*" { String::new() } else { object.clone() };
             layout.contacts.push((object, self.column(name)?));
         }
-        // Names of one letter each, such as q0 to q3, may count from 1.
         for (index, name) in self.header.iter().enumerate() {
             if self.mapping.ignores(name) {
                 used[index] = true;
@@ -135,9 +176,10 @@ impl Finder<'_> {
                         Some(Unit::Time(unit)) => Some(unit),
                         _ => None,
                     };
-                    let more = layout.time.iter().all(|(_, before)| {
-                        unit == Some(TimeUnit::Nanosecond) && *before != unit
-                    });
+                    let more = layout
+                        .time
+                        .iter()
+                        .all(|(_, before)| unit == Some(TimeUnit::Nanosecond) && *before != unit);
                     if time.is_none_or(|time| time == index) && (more || time.is_some()) {
                         layout.time.push((index, unit));
                         used[index] = true;
@@ -198,6 +240,11 @@ impl Finder<'_> {
                 layout.bodies.push(Body { id, position, turn });
             }
         }
+        if let Some(body) = layout.bodies.iter().find(|b| b.id.chars().count() > MAX_NAME) {
+            let length = body.id.chars().count();
+            let problem = format!("an object's name has {length} characters");
+            return Err(self.fault("", problem, format!("at most {MAX_NAME}")));
+        }
         // A column of ids applies to bodies without a name of their own.
         if layout.bodies.iter().all(|body| body.id != "*") {
             layout.id = table.id.as_ref().and(layout.id);
@@ -215,8 +262,10 @@ impl Finder<'_> {
         layout.unused = unused.map(|(name, _)| name.clone()).collect();
         if layout.bodies.is_empty() && !grips && layout.contacts.is_empty() {
             let known: Vec<&str> = self.header.iter().map(String::as_str).take(60).collect();
-            let problem = format!("no columns of a position are recognised among {}", known.join(", "));
-            let expected = "columns such as x, y, z or NAME.x, NAME.y, NAME.z, or `objects` in the mapping";
+            let problem =
+                format!("no columns of a position are recognised among {}", known.join(", "));
+            let expected =
+                "columns such as x, y, z or NAME.x, NAME.y, NAME.z, or `objects` in the mapping";
             return Err(self.fault("", problem, expected.into()));
         }
         Ok(layout)
@@ -242,7 +291,10 @@ impl Finder<'_> {
         let position = self.columns(&columns.position)?;
         let turn = match columns.rotation.len() {
             0 => Turn::None,
-            3 => Turn::Three(self.columns(&columns.rotation)?, self.mapping.rotation.unwrap_or(Rotation::Euler)),
+            3 => Turn::Three(
+                self.columns(&columns.rotation)?,
+                self.mapping.rotation.unwrap_or(Rotation::Euler),
+            ),
             4 => {
                 let [a, b, c, d] = self.columns(&columns.rotation)?;
                 match self.mapping.quaternion.unwrap_or(QuaternionOrder::Xyzw) {

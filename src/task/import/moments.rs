@@ -98,7 +98,14 @@ impl Log {
             for what in found.iter().flat_map(|found| &found.dropped) {
                 dropped.push(Dropped { what: format!("{}, {what}", session.name), count: 1 });
             }
-            let mut taker = Taker { session, number, found: &found, known: Vec::new(), moments: &mut moments, offset: 0.0 };
+            let mut taker = Taker {
+                session,
+                number,
+                found: &found,
+                known: Vec::new(),
+                moments: &mut moments,
+                offset: 0.0,
+            };
             let snapshots = taker.take();
             seen.extend(taker.seen());
             demos.push(Demonstration { number: number as u64, snapshots });
@@ -129,7 +136,11 @@ impl Taker<'_> {
     fn take(&mut self) -> Vec<Snapshot> {
         for track in self.session.parts.iter().flat_map(|part| &part.tracks) {
             if self.known.iter().all(|known| known.id != track.id) && !track.samples.is_empty() {
-                self.known.push(Known { id: track.id.clone(), kind: track.kind.clone(), pose: None });
+                self.known.push(Known {
+                    id: track.id.clone(),
+                    kind: track.kind.clone(),
+                    pose: None,
+                });
             }
         }
         // What is first seen later was there before.
@@ -151,7 +162,13 @@ impl Taker<'_> {
             self.offset = if first + self.offset < end { end - first } else { self.offset };
             self.offset = if index == 0 { 0.0 } else { self.offset };
             if index == 0 {
-                snapshots.push(self.snapshot(index, first, SnapshotEvent::Start, None, snapshots.len()));
+                snapshots.push(self.snapshot(
+                    index,
+                    first,
+                    SnapshotEvent::Start,
+                    None,
+                    snapshots.len(),
+                ));
             }
             let mut events: Vec<(f64, SnapshotEvent, &Carry)> = Vec::new();
             for carry in &found.carries {
@@ -169,14 +186,26 @@ impl Taker<'_> {
                     _ => own_pose(part, found, carry),
                 };
                 self.moments.push(Moment {
-                    session: self.number, part: index, event, t, object: id, with,
+                    session: self.number,
+                    part: index,
+                    event,
+                    t,
+                    object: id,
+                    with,
                     position: own.map_or([0.0; 3], |(pose, _)| pose.position),
-                    evidence: carry.evidence.clone(), samples: own.map_or(0, |(_, count)| count),
+                    evidence: carry.evidence.clone(),
+                    samples: own.map_or(0, |(_, count)| count),
                 });
             }
             end = last + self.offset;
             if index == last_part {
-                snapshots.push(self.snapshot(index, last, SnapshotEvent::End, None, snapshots.len()));
+                snapshots.push(self.snapshot(
+                    index,
+                    last,
+                    SnapshotEvent::End,
+                    None,
+                    snapshots.len(),
+                ));
             }
         }
         snapshots
@@ -192,7 +221,10 @@ impl Taker<'_> {
     ) -> Snapshot {
         let (part, found) = (&self.session.parts[number_of], &self.found[number_of]);
         for (index, track) in part.tracks.iter().enumerate() {
-            let released = |carry: &Carry| event == SnapshotEvent::Release && (carry.object == index || carry.riders.contains(&index));
+            let released = |carry: &Carry| {
+                event == SnapshotEvent::Release
+                    && (carry.object == index || carry.riders.contains(&index))
+            };
             let pose = match carry {
                 Some(carry) if released(carry) => self.settled(number_of, index, carry),
                 Some(carry) if carry.object == index => own_pose(part, found, carry),
@@ -209,7 +241,13 @@ impl Taker<'_> {
         let objects: Vec<ObjectPose> = self.known.iter().filter_map(pose).collect();
         let touched = carry.map(|carry| &part.tracks[carry.object].id);
         let object = touched.and_then(|id| objects.iter().position(|o| o.id == *id));
-        Snapshot { number: number as u64, time_s: Some(t + self.offset), event: Some(event), object, objects }
+        Snapshot {
+            number: number as u64,
+            time_s: Some(t + self.offset),
+            event: Some(event),
+            object,
+            objects,
+        }
     }
 
     /// The pose of an object after a carry in which it moved. If it was not seen again in its part, the next part tells
@@ -220,12 +258,19 @@ impl Taker<'_> {
         if count > 0 {
             return Some((pose, count));
         }
-        let before = part.tracks[object].samples[..part.tracks[object].samples.partition_point(|s| s.t <= carry.from)].last();
+        let before = part.tracks[object].samples
+            [..part.tracks[object].samples.partition_point(|s| s.t <= carry.from)]
+            .last();
         let moved = before.map_or(0.0, |s| Pose::at(s.position).distance(&pose));
-        let next = (self.session.parts.iter().zip(self.found).skip(index + 1)).find_map(|(part, found)| {
-            let own = part.tracks.iter().position(|track| track.id == self.session.parts[index].tracks[object].id)?;
-            resting(part, found, own, part.tracks[own].samples.first()?.t)
-        });
+        let next = (self.session.parts.iter().zip(self.found).skip(index + 1)).find_map(
+            |(part, found)| {
+                let own = part
+                    .tracks
+                    .iter()
+                    .position(|track| track.id == self.session.parts[index].tracks[object].id)?;
+                resting(part, found, own, part.tracks[own].samples.first()?.t)
+            },
+        );
         let near = |(next, _): &Found| next.distance(&pose) < SETTLED * moved;
         Some(next.filter(near).unwrap_or((pose, 0)))
     }
@@ -239,8 +284,10 @@ impl Taker<'_> {
                 Some((part.tracks[index].samples.len(), &found.motions[index], carried))
             });
             let own: Vec<_> = own.collect();
-            let mut steps: Vec<f64> = own.iter().map(|(_, m, _)| m.step).filter(|s| s.is_finite()).collect();
-            let noise = own.iter().filter(|(_, m, _)| !m.sparse).map(|(_, m, _)| m.noise).reduce(f64::max);
+            let mut steps: Vec<f64> =
+                own.iter().map(|(_, m, _)| m.step).filter(|s| s.is_finite()).collect();
+            let noise =
+                own.iter().filter(|(_, m, _)| !m.sparse).map(|(_, m, _)| m.noise).reduce(f64::max);
             Seen {
                 session: self.number,
                 id: known.id.clone(),
@@ -272,7 +319,11 @@ fn after(part: &Part, found: &Carries, object: usize, carry: &Carry) -> Option<F
     // It was not seen any more: it moved with the hand since it was last seen.
     let last = track.samples[..track.samples.partition_point(|s| s.t <= carry.to)].last()?;
     let pose = pose(last, [0.0, 0.0, 0.0, 1.0]);
-    let ridden = part.hand.as_ref().filter(|_| last.t >= carry.from).and_then(|hand| ridden(hand, &pose, last.t, carry.to));
+    let ridden = part
+        .hand
+        .as_ref()
+        .filter(|_| last.t >= carry.from)
+        .and_then(|hand| ridden(hand, &pose, last.t, carry.to));
     Some((ridden.unwrap_or(pose), 0))
 }
 
@@ -308,7 +359,11 @@ fn rest_around(found: &Carries, object: usize, t: f64, later: bool) -> (f64, f64
     let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
     for (begin, end) in busy {
         let middle = (begin + end) / 2.0;
-        let before = if later { end <= t || (begin..=end).contains(&t) && t >= middle } else { end < t && middle < t };
+        let before = if later {
+            end <= t || (begin..=end).contains(&t) && t >= middle
+        } else {
+            end < t && middle < t
+        };
         if before {
             from = from.max(end);
         } else if begin >= t || middle > t || !later {
@@ -329,19 +384,24 @@ fn estimate(track: &Track, sparse: bool, from: f64, to: f64) -> Option<Found> {
     let all = between(&track.samples, from, to);
     // Of two looks the later counts: it is taken from where the work is.
     let begin = if sparse && all.len() < 3 { all.len().saturating_sub(1) } else { 0 };
-    let inside: Vec<Sample> = all[begin..].iter().step_by(all.len() / MOST_SAMPLES + 1).copied().collect();
+    let inside: Vec<Sample> =
+        all[begin..].iter().step_by(all.len() / MOST_SAMPLES + 1).copied().collect();
     let inside = &*inside;
     let center = middle(inside)?;
-    let off = |s: &Sample| s.position.iter().zip(center).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let off = |s: &Sample| {
+        s.position.iter().zip(center).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
     let mut spread: Vec<f64> = inside.iter().map(off).collect();
     let limit = 3.0 * median(&mut spread)?;
     let kept: Vec<&Sample> = inside.iter().filter(|s| off(s) <= limit.max(1e-9)).collect();
     let count = kept.len().max(1) as f64;
     let mean = [0, 1, 2].map(|axis| kept.iter().map(|s| s.position[axis]).sum::<f64>() / count);
     let position = if sparse { center } else { mean };
-    let turns: Vec<[f64; 4]> = kept.iter().filter(|s| s.oriented()).map(|s| s.orientation).collect();
+    let turns: Vec<[f64; 4]> =
+        kept.iter().filter(|s| s.oriented()).map(|s| s.orientation).collect();
     let rough = mean_orientation(&turns);
-    let alike = |q: &[f64; 4], mean: &[f64; 4]| q.iter().zip(mean).map(|(a, b)| a * b).sum::<f64>().abs();
+    let alike =
+        |q: &[f64; 4], mean: &[f64; 4]| q.iter().zip(mean).map(|(a, b)| a * b).sum::<f64>().abs();
     let turns = rough.map(|mean| {
         let mut likeness: Vec<f64> = turns.iter().map(|q| 1.0 - alike(q, &mean)).collect();
         let limit = median(&mut likeness).unwrap_or(0.0) * 9.0 + 1e-12;

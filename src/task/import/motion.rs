@@ -69,7 +69,9 @@ pub(super) fn between(samples: &[Sample], from: f64, to: f64) -> &[Sample] {
 fn white(samples: &[Sample], step: f64) -> f64 {
     let even = samples.windows(3).filter(|w| w[2].t - w[0].t < 3.0 * step);
     let mut bends: Vec<f64> = even
-        .flat_map(|w| [0, 1, 2].map(|i| (w[0].position[i] - 2.0 * w[1].position[i] + w[2].position[i]).abs()))
+        .flat_map(|w| {
+            [0, 1, 2].map(|i| (w[0].position[i] - 2.0 * w[1].position[i] + w[2].position[i]).abs())
+        })
         .collect();
     median(&mut bends).unwrap_or(0.0) / 0.6745 / 6f64.sqrt()
 }
@@ -86,9 +88,14 @@ pub(super) fn motion(track: &Track) -> Motion {
     // Two points of the object that lie on its axes.
     for axis in [0, 2] {
         let oriented = track.samples.iter().filter(|s| s.oriented());
-        let points: Vec<Sample> = oriented.map(|s| Sample { position: point(s, axis), ..*s }).collect();
+        let points: Vec<Sample> =
+            oriented.map(|s| Sample { position: point(s, axis), ..*s }).collect();
         for turn in shifts(&points).moves {
-            if !found.moves.iter().any(|own| own.from < turn.to + WINDOW && turn.from < own.to + WINDOW) {
+            if !found
+                .moves
+                .iter()
+                .any(|own| own.from < turn.to + WINDOW && turn.from < own.to + WINDOW)
+            {
                 found.moves.push(turn);
             }
         }
@@ -111,7 +118,8 @@ fn point(sample: &Sample, axis: usize) -> [f64; 3] {
 fn shifts(samples: &[Sample]) -> Motion {
     let mut steps: Vec<f64> = samples.windows(2).map(|w| w[1].t - w[0].t).collect();
     let step = median(&mut steps).unwrap_or(f64::INFINITY);
-    let mut found = Motion { step, sparse: step > SPARSE_STEP || samples.len() < 12, ..Motion::default() };
+    let mut found =
+        Motion { step, sparse: step > SPARSE_STEP || samples.len() < 12, ..Motion::default() };
     if found.sparse {
         return found;
     }
@@ -150,10 +158,17 @@ fn shifts(samples: &[Sample]) -> Motion {
         let earliest = run.checked_sub(1).map_or(f64::NEG_INFINITY, |before| ends(before).1);
         let latest = if run + 1 < runs.len() { ends(run + 1).0 } else { f64::INFINITY };
         // The places before and after, from samples a window away from the motion.
-        let before = rest(between(samples, (from - 2.0).max(earliest + window), from - window), true);
-        let after = rest(between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)), false);
+        let before =
+            rest(between(samples, (from - 2.0).max(earliest + window), from - window), true);
+        let after = rest(
+            between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)),
+            false,
+        );
         // The places are medians; they may be noise apart.
-        let counts = [between(samples, (from - 2.0).max(earliest + window), from - window), between(samples, (to + window).min(latest), (to + 2.0).min(latest - window))];
+        let counts = [
+            between(samples, (from - 2.0).max(earliest + window), from - window),
+            between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)),
+        ];
         let [few, many] = counts.map(|samples| samples.len().clamp(1, MOST) as f64);
         let sure = 6.0 * 1.25 * found.noise * (1.0 / few + 1.0 / many).sqrt();
         let apart = before.zip(after).map(|(a, b)| distance(a, b) > sure.max(LEAST));
@@ -176,7 +191,12 @@ fn shifts(samples: &[Sample]) -> Motion {
         if moved < limit && (typical < limit || to - from < 2.0 * window) {
             continue;
         }
-        found.moves.push(Move { from: begin, to: end.max(begin), distance: moved.max(typical), shifted });
+        found.moves.push(Move {
+            from: begin,
+            to: end.max(begin),
+            distance: moved.max(typical),
+            shifted,
+        });
     }
     found
 }
@@ -231,7 +251,9 @@ fn onset(samples: &[Sample], near: f64, found: &Motion, rest: &Rest) -> Option<f
     // Each shape with the time that it takes; one with a time of its own has one more parameter to fit with.
     let more = (values.len() as f64).ln() / values.len() as f64;
     let mut best: Option<(f64, f64)> = None;
-    for (shape, penalty) in [(Shape::Even, 0.0), (Shape::Smooth, more), (Shape::Smoother, more + 0.05)] {
+    for (shape, penalty) in
+        [(Shape::Even, 0.0), (Shape::Smooth, more), (Shape::Smoother, more + 0.05)]
+    {
         for lasts in [0.35, 0.5, 0.7, 1.0, 1.4, 2.0] {
             if shape == Shape::Even && lasts != 1.0 {
                 continue;

@@ -24,13 +24,18 @@ pub(super) fn holds(part: &Part) -> Option<Vec<Hold>> {
         let object = (!id.is_empty()).then(|| id.clone());
         let what = if id.is_empty() { "contact flag".into() } else { format!("contact with {id}") };
         holds.extend(stretches(flags).map(|(from, to)| Hold {
-            from, to, object: object.clone(), evidence: what.clone(),
+            from,
+            to,
+            object: object.clone(),
+            evidence: what.clone(),
         }));
     }
     if holds.is_empty() {
         let evidence = "grasp flag".to_owned();
         let own = stretches(&part.grasp);
-        holds = own.map(|(from, to)| Hold { from, to, object: None, evidence: evidence.clone() }).collect();
+        holds = own
+            .map(|(from, to)| Hold { from, to, object: None, evidence: evidence.clone() })
+            .collect();
     }
     if holds.is_empty() {
         holds = by_width(&part.width);
@@ -73,7 +78,8 @@ fn by_width(width: &[(f64, f64)]) -> Vec<Hold> {
     sorted.sort_by(f64::total_cmp);
     let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
     let (low, high) = (at(0.02), at(0.98));
-    let mut bends: Vec<f64> = width.windows(3).map(|w| (w[0].1 - 2.0 * w[1].1 + w[2].1).abs()).collect();
+    let mut bends: Vec<f64> =
+        width.windows(3).map(|w| (w[0].1 - 2.0 * w[1].1 + w[2].1).abs()).collect();
     let noise = median(&mut bends).unwrap_or(0.0) / 0.6745 / 6f64.sqrt();
     let range = high - low;
     if range <= (12.0 * noise).max(0.05 * high.abs()) {
@@ -82,7 +88,8 @@ fn by_width(width: &[(f64, f64)]) -> Vec<Hold> {
     let limit = high - (0.1 * range).max(5.0 * noise);
     let closed: Vec<(f64, bool)> = width.iter().map(|(t, w)| (*t, *w < limit)).collect();
     let held = |(from, to): (f64, f64)| {
-        let inside: Vec<(f64, f64)> = width.iter().filter(|(t, _)| (from..=to).contains(t)).copied().collect();
+        let inside: Vec<(f64, f64)> =
+            width.iter().filter(|(t, _)| (from..=to).contains(t)).copied().collect();
         let mut own: Vec<f64> = inside.iter().map(|(_, w)| *w).collect();
         let level = median(&mut own)?;
         let near = |w: f64| w <= level + (0.06 * (high - level)).max(4.0 * noise);
@@ -107,13 +114,24 @@ mod tests {
         let width: Vec<(f64, f64)> = (0..200)
             .map(|i| {
                 let t = f64::from(i) * 0.05;
-                let w = if t < 3.0 { 80.0 } else if t < 4.0 { 80.0 - 50.0 * (t - 3.0) } else if t < 7.0 { 30.0 } else { (30.0 + 50.0 * (t - 7.0)).min(80.0) };
+                let w = if t < 3.0 {
+                    80.0
+                } else if t < 4.0 {
+                    80.0 - 50.0 * (t - 3.0)
+                } else if t < 7.0 {
+                    30.0
+                } else {
+                    (30.0 + 50.0 * (t - 7.0)).min(80.0)
+                };
                 (t, w + f64::from(i % 3) * 0.1)
             })
             .collect();
         let holds = by_width(&width);
         assert_eq!(holds.len(), 1);
-        assert!((holds[0].from - 4.0).abs() < 0.11 && (holds[0].to - 7.0).abs() < 0.11, "{holds:?}");
+        assert!(
+            (holds[0].from - 4.0).abs() < 0.11 && (holds[0].to - 7.0).abs() < 0.11,
+            "{holds:?}"
+        );
         assert!(by_width(&width[..50]).is_empty(), "an open gripper holds nothing");
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use super::mapping::{Length, Mapping, TimeUnit};
+use super::mapping::{Length, Mapping, TableMap, TimeUnit};
 use crate::robot::Pose;
 
 /// A reading of the log that its names and numbers suggest.
@@ -82,7 +82,8 @@ impl Part {
     /// Returns the first and the last time of all streams, if there is any.
     pub fn span(&self) -> Option<(f64, f64)> {
         let tracks = self.tracks.iter().chain(&self.hand);
-        let ends = tracks.filter_map(|track| Some((track.samples.first()?.t, track.samples.last()?.t)));
+        let ends =
+            tracks.filter_map(|track| Some((track.samples.first()?.t, track.samples.last()?.t)));
         let ends = ends.chain(self.width.first().zip(self.width.last()).map(|(a, b)| (a.0, b.0)));
         let ends = ends.chain(self.grasp.first().zip(self.grasp.last()).map(|(a, b)| (a.0, b.0)));
         ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
@@ -123,6 +124,8 @@ pub struct Streams {
     pub(super) sources: Vec<Source>,
     pub(super) guesses: Vec<Guess>,
     pub(super) dropped: Vec<Dropped>,
+    /// The tables as they were read, with their files.
+    pub(super) tables: Vec<(TableMap, Vec<String>)>,
     /// Columns that are not used, by file.
     pub(super) unused: Vec<(String, Vec<String>)>,
 }
@@ -138,6 +141,7 @@ impl Streams {
             sources: Vec::new(),
             guesses: Vec::new(),
             dropped: Vec::new(),
+            tables: Vec::new(),
             unused: Vec::new(),
         }
     }
