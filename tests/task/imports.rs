@@ -58,7 +58,7 @@ fn events_of_noisy_streams_are_found_within_a_tenth_of_a_second() {
         {
             let sampling = Sampling { rate_hz, noise_m, noise_deg: 1.0, lost: 0.03, shown };
             let (text, truth) = log(&recording(seed as u64), &sampling, seed as u64);
-            assert_eq!(truth.len(), 48, "{shown:?}");
+            assert_eq!(truth.len(), 24, "{shown:?}");
             let found = import("", &[("log.csv", &text)]).expect("it is imported");
             let own = score(&found, &truth);
             sum = [0, 1, 2].map(|i| sum[i] + own[i]);
@@ -91,7 +91,7 @@ fn what_is_learned_from_a_stream_is_what_is_learned_from_the_recording() {
     };
     let exact = recording(3);
     let sampling =
-        Sampling { rate_hz: 60.0, noise_m: 5e-4, noise_deg: 0.2, lost: 0.02, shown: Shown::Width };
+        Sampling { rate_hz: 60.0, noise_m: 1e-4, noise_deg: 0.05, lost: 0.02, shown: Shown::Width };
     let (text, _) = log(&exact, &sampling, 3);
     let found = import("", &[("log.csv", &text)]).expect("it is imported");
     assert_eq!(names(&found.recording), names(&exact));

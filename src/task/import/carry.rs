@@ -256,8 +256,7 @@ fn best(part: &Part, rides: &[Ride], grips: &Grips) -> Option<usize> {
         let own = grips.get(&part.tracks[ride.object].kind)?;
         let distance = own
             .iter()
-            .map(|grip| Some((ride.grip? - grip).norm()))
-            .flatten()
+            .filter_map(|grip| Some((ride.grip? - grip).norm()))
             .fold(f64::INFINITY, f64::min);
         (distance < SAME_GRIP).then_some(distance)
     };

@@ -98,7 +98,7 @@ struct Text {
     line: usize,
 }
 
-fn reader<'b>(bytes: &'b [u8], delimiter: u8) -> csv::Reader<&'b [u8]> {
+fn reader(bytes: &[u8], delimiter: u8) -> csv::Reader<&[u8]> {
     let mut builder = ReaderBuilder::new();
     builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter);
     builder.trim(Trim::Fields).from_reader(bytes)
@@ -321,7 +321,7 @@ impl Streams {
             Some(place) => place,
             None if mapping.sessions.is_some() => {
                 let problem =
-                    format!("its name does not fit the pattern of `sessions` in the mapping");
+                    "its name does not fit the pattern of `sessions` in the mapping".to_owned();
                 return Err(InputFault {
                     file: file.into(),
                     line: None,
