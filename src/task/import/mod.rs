@@ -32,6 +32,7 @@ mod mapping;
 mod moments;
 mod motion;
 mod pattern;
+mod rows;
 mod signals;
 mod streams;
 
