@@ -232,10 +232,10 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     for file in files(&args.logs)? {
         progress.show(format!("reading {}", file.display()));
         let bytes = read_file(&file, Limit::LOG)?;
-        streams.add_csv(&file.display().to_string(), &bytes)?;
+        streams.add_csv(&file.display().to_string(), &bytes).map_err(TaskError::from)?;
     }
     progress.show("finding events".into());
-    let imported = streams.finish()?.import();
+    let imported = streams.finish().map_err(TaskError::from)?.import();
     drop(progress);
     if args.dry_run {
         let mapping = imported.mapping.to_json()?;
