@@ -173,7 +173,10 @@ fn hand(all: &[Carry], t: f64) -> Pose {
     for carry in all {
         let first = over(&carry.legs[0].a);
         if t < carry.contact - 0.4 {
-            return between(&last.1, &first, (t - last.0 - 0.3) / (carry.contact - 0.7 - last.0));
+            // It rises on its way, also to the same object.
+            let share = ((t - last.0 - 0.3) / (carry.contact - 0.7 - last.0)).clamp(0.0, 1.0);
+            let [x, y, z] = between(&last.1, &first, share).position;
+            return Pose::at([x, y, z + 0.15 * (share * std::f64::consts::PI).sin()]);
         }
         if t < carry.release + 0.3 {
             let leg = carry.legs.iter().rev().find(|leg| t >= leg.from);
