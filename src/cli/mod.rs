@@ -9,6 +9,7 @@ mod config;
 mod domain_tables;
 mod end;
 mod experiment;
+mod import;
 mod learn;
 mod learn_model;
 mod look;
@@ -81,6 +82,8 @@ commands! {
     Run(run::RunArgs) => run::run,
     /// Record demonstrations or a single scene, with or without physics
     Record(record::RecordArgs) => record::record,
+    /// Make a recording from logs of poses
+    Import(import::ImportArgs) => import::import,
     /// Learn states and actions from a recording
     Learn(learn::LearnArgs) => learn::learn,
     /// Print the state of every object in a recording or scene

@@ -29,6 +29,8 @@ impl Limit {
     pub const DOMAIN: Self = Self::new("a domain", 4);
     /// A recording: 256 MiB, a million snapshots of one object.
     pub const RECORDING: Self = Self::new("a recording", 256);
+    /// A log of poses to import: 320 MiB.
+    pub const LOG: Self = Self::new("a log", 320);
     /// A PDDL file, or a file of trajectories: 64 MiB.
     pub const PDDL: Self = Self::new("a PDDL file or trajectory", 64);
     /// A model of solved populations: 160 MiB.

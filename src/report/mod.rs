@@ -7,6 +7,7 @@
 mod arrays;
 mod domain;
 mod facts;
+mod imported;
 mod page;
 pub mod trace;
 
@@ -17,6 +18,7 @@ use serde_json::{Map, Value, json};
 
 pub use arrays::Arrays;
 pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
+pub use imported::import_page;
 pub use page::TITLE;
 
 use crate::files::{FileError, Limit, read_regular_file};

@@ -78,6 +78,17 @@ pub(super) fn html(data: &impl Serialize) -> String {
     String::from_utf8(html).unwrap_or_default()
 }
 
+/// Returns a page of its own with its data and code.
+pub(super) fn filled(page: &str, code: &str, data: &impl Serialize) -> String {
+    let mut html = Vec::new();
+    let (before, rest) = page.split_once("{{data}}").unwrap_or((page, ""));
+    html.extend(before.bytes());
+    // Data of numbers and text are always JSON.
+    drop(serde_json::to_writer(Escaped(&mut html), data));
+    html.extend(rest.replace("{{code}}", code).bytes());
+    String::from_utf8(html).unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -24,6 +24,7 @@
 //! | [`domain`] | learned domains: states in frames, operators with parameters, goals; their files |
 //! | [`classify`] | finds the state of each object in a scene |
 //! | [`compile`] | a learned domain in a scene, with a goal, for planners |
+//! | [`import`] | recordings from logs of poses |
 //! | [`pddl`] | writes learned domains, with a situation and a goal, as PDDL |
 //! | [`event`] | progress events and observers |
 //! | [`learn`] | learning a domain from a recording |
@@ -43,6 +44,7 @@ mod error;
 pub mod event;
 #[cfg(feature = "physics")]
 pub mod execute;
+pub mod import;
 pub mod learn;
 pub mod pddl;
 pub mod planner;

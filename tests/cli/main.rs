@@ -16,6 +16,7 @@ mod cli_folders;
 mod cli_refusals;
 mod experiments;
 mod plan_pddl;
+mod imports;
 mod relational_cli;
 mod report;
 mod sweeps;

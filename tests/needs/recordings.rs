@@ -14,6 +14,7 @@ use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::task::classify::{Classifier, ClassifierRule};
 use symbolt::task::domain::{NeedVerdict, RelationalDomain};
+use symbolt::task::import::{Mapping, Streams};
 use symbolt::task::learn::{AttemptOutcome, Learned, Settings, learn};
 use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::{Labels, Recording, Sensing, Verdict, WorldState, acceptable_answers};
@@ -43,6 +44,7 @@ pub fn trials() -> Vec<Trial> {
             the_relational_learner_finds_five_states_and_three_operators,
             what_always_lay_there_is_no_need_of_the_demonstrations_with_three_of_each,
             noise_swaps_and_missing_objects_change_nothing_that_is_learned,
+            seven_sessions_of_a_real_arm_are_imported_and_teach_three_actions,
         ],
     )
 }
@@ -422,5 +424,36 @@ fn noise_swaps_and_missing_objects_change_nothing_that_is_learned() {
         println!("{what}: {same} of 20, poses {:.4}", right as f64 / poses as f64);
         assert!(same >= least, "{what}: {same} of 20");
         assert!(poses > 3_000 && right as f64 >= 0.98 * poses as f64, "{what}: {right} of {poses}");
+    }
+}
+
+fn seven_sessions_of_a_real_arm_are_imported_and_teach_three_actions() {
+    let mapping = r#"{
+        "format": "symbolt-import", "version": 1, "length": "mm",
+        "sessions": "{session}_action_{part}_*.csv",
+        "tables": [
+            {"files": "*_robot.csv", "time": "time"},
+            {"files": "*_objects.csv", "header_rows": 2, "row_of": "*_robot.csv"}
+        ]
+    }"#;
+    let mut streams = Streams::new(Mapping::parse(mapping.as_bytes(), "map.json").expect("sound"));
+    let folder = path().expect("the variable is set").with_file_name("real_arm");
+    let entries = std::fs::read_dir(folder).expect("the sessions are there");
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("a file").path()).collect();
+    files.sort();
+    for file in &files {
+        let bytes = std::fs::read(file).expect("it can be read");
+        streams.add_csv(&file.display().to_string(), &bytes).expect("it is a table");
+    }
+    let imported = streams.finish().expect("units are known").import();
+    let events: Vec<(usize, &str)> =
+        imported.moments.iter().map(|m| (m.part, &*m.object)).collect();
+    let session =
+        [(0, "nut1"), (0, "nut1"), (1, "bolt1"), (1, "bolt1"), (2, "bolt1"), (2, "bolt1")];
+    assert_eq!(events, [session; 7].concat());
+    for left in 0..7 {
+        let others = imported.recording.filter(|demo| demo.number != left);
+        let domain = learn(&others, &Settings::default()).expect("it teaches").domain;
+        assert_eq!(domain.operators.len(), 3, "without session {left}");
     }
 }

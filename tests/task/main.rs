@@ -7,6 +7,8 @@
 mod beside;
 #[path = "../support/propositional.rs"]
 mod propositional;
+#[path = "../support/streams.rs"]
+mod streams;
 #[path = "../support/strips.rs"]
 mod strips;
 #[path = "../support/tally.rs"]
@@ -24,6 +26,7 @@ mod goal_sets;
 mod goal_sets_in_scenes;
 mod ground;
 mod hostile;
+mod imports;
 mod input;
 mod kinematics;
 mod learn_model;

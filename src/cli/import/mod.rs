@@ -1,0 +1,269 @@
+//! `symbolt import`: a recording from logs of poses.
+
+mod tables;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Error, bail};
+use clap::Args;
+use symbolt::files::{FileError, Limit, read_file};
+use symbolt::report::import_page;
+use symbolt::task::import::{
+    Angle, Handed, Imported, Length, Mapping, QuaternionOrder, Rotation, Streams, TableMap,
+    TimeUnit, Up, fits,
+};
+use symbolt::task::{Recording, TaskError};
+
+use super::end::{BadArgument, Outcome};
+use super::options::{Common, OutFile, number};
+use super::output::{Place, Progress, answer, answer_unless_quiet, use_threads};
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ImportArgs {
+    /// Logs: files, folders of CSV files, or patterns such as 'runs/*.csv';
+    /// - for standard input
+    #[arg(verbatim_doc_comment, required = true)]
+    pub logs: Vec<PathBuf>,
+    /// JSON file that says what the log means; --dry-run prints one
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Show what would be taken, and print the mapping
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Write a page that shows the tracks and the events
+    #[arg(long, value_name = "FILE")]
+    pub page: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+    #[command(flatten)]
+    pub common: Common,
+    #[command(flatten)]
+    pub out: OutFile,
+}
+
+/// Options that say the same as a mapping, and go before it.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ReadingArgs {
+    /// Unit of positions: m, mm, cm or inch
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Length>)]
+    pub length: Option<Length>,
+    /// Unit of time: s, ms, us or ns
+    #[arg(long, value_name = "UNIT", value_parser = choice::<TimeUnit>)]
+    pub time_unit: Option<TimeUnit>,
+    /// Unit of angles: rad or deg
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Angle>)]
+    pub angle: Option<Angle>,
+    /// Order of quaternions whose columns do not say it: xyzw or wxyz
+    #[arg(long, value_name = "ORDER", value_parser = choice::<QuaternionOrder>)]
+    pub quaternion: Option<QuaternionOrder>,
+    /// Meaning of three numbers of a rotation: vector or euler
+    #[arg(long, value_name = "FORM", value_parser = choice::<Rotation>)]
+    pub rotation: Option<Rotation>,
+    /// Axis that points up: x, y, z, -x, -y or -z [default: z]
+    #[arg(long, value_name = "AXIS", value_parser = choice::<Up>)]
+    pub up: Option<Up>,
+    /// Handedness of the axes: right or left [default: right]
+    #[arg(long, value_name = "HAND", value_parser = choice::<Handed>)]
+    pub handed: Option<Handed>,
+    /// Id of the robot's hand; * stands for any text
+    #[arg(long, value_name = "ID")]
+    pub hand: Option<String>,
+    /// Kind of the objects whose id fits a pattern, such as 'm6_*=bolt'
+    #[arg(long, value_name = "ID=KIND")]
+    pub kind: Vec<String>,
+    /// Column or id to leave out; * stands for any text
+    #[arg(long, value_name = "NAME")]
+    pub ignore: Vec<String>,
+    /// Column of the session
+    #[arg(long, value_name = "COLUMN")]
+    pub session: Option<String>,
+    /// Pattern of file names with {session} and, if there is one, {part}
+    #[arg(long, value_name = "PATTERN")]
+    pub sessions: Option<String>,
+    /// Length of a gap in time that begins a new session, in seconds
+    #[arg(long, value_name = "SECONDS", value_parser = number::<f64>)]
+    pub gap: Option<f64>,
+    /// Column of time
+    #[arg(long, value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// Column of the object's id, with one row a time and object
+    #[arg(long, value_name = "COLUMN")]
+    pub id: Option<String>,
+    /// Column of the gripper's width
+    #[arg(long, value_name = "COLUMN")]
+    pub width: Option<String>,
+    /// Column that says whether something is grasped
+    #[arg(long, value_name = "COLUMN")]
+    pub grasp: Option<String>,
+}
+
+/// A value with a name.
+trait Named: Copy + 'static {
+    const ALL: &[Self];
+    fn name(self) -> &'static str;
+}
+
+macro_rules! names {
+    ($($type:ty),*) => {
+        $(impl Named for $type {
+            const ALL: &[Self] = <$type>::ALL;
+            fn name(self) -> &'static str { self.name() }
+        })*
+    };
+}
+names!(Length, TimeUnit, Angle, QuaternionOrder, Rotation, Up, Handed);
+
+fn choice<T: Named>(typed: &str) -> Result<T, String> {
+    T::ALL.iter().copied().find(|value| value.name() == typed).ok_or_else(|| {
+        let names: Vec<&str> = T::ALL.iter().map(|value| value.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+impl ReadingArgs {
+    /// Puts what the options say into a mapping.
+    fn apply(&self, mapping: &mut Mapping) -> Result<(), BadArgument> {
+        fn set<T: Clone>(to: &mut Option<T>, from: &Option<T>) {
+            if from.is_some() {
+                to.clone_from(from);
+            }
+        }
+        set(&mut mapping.length, &self.length);
+        set(&mut mapping.time_unit, &self.time_unit);
+        set(&mut mapping.angle, &self.angle);
+        set(&mut mapping.quaternion, &self.quaternion);
+        set(&mut mapping.rotation, &self.rotation);
+        set(&mut mapping.up, &self.up);
+        set(&mut mapping.handed, &self.handed);
+        set(&mut mapping.hand, &self.hand);
+        set(&mut mapping.session, &self.session);
+        set(&mut mapping.sessions, &self.sessions);
+        set(&mut mapping.gap_s, &self.gap);
+        if let Some(gap) = self.gap.filter(|gap| !(*gap > 0.0 && gap.is_finite())) {
+            return Err(BadArgument::range("--gap", gap, "more than 0 seconds"));
+        }
+        if let Some(sessions) = self.sessions.as_ref().filter(|s| !s.contains("{session}")) {
+            return Err(BadArgument::range("--sessions", sessions, "a pattern with {session}"));
+        }
+        for kind in &self.kind {
+            let (pattern, kind) =
+                kind.split_once('=').filter(|(_, kind)| !kind.is_empty()).ok_or_else(|| {
+                    BadArgument::range("--kind", kind, "ID=KIND, such as 'm6_*=bolt'")
+                })?;
+            mapping.kinds.insert(pattern.into(), kind.into());
+        }
+        mapping.ignore.extend(self.ignore.iter().cloned());
+        let own = [&self.time, &self.id, &self.width, &self.grasp];
+        if own.iter().any(|column| column.is_some()) {
+            if mapping.tables.is_empty() {
+                mapping.tables.push(TableMap::default());
+            }
+            for table in &mut mapping.tables {
+                set(&mut table.time, &self.time);
+                set(&mut table.id, &self.id);
+                set(&mut table.width, &self.width);
+                set(&mut table.grasp, &self.grasp);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Greatest number of files of one import, and of entries of a folder.
+const MOST_FILES: usize = 10_000;
+
+/// Returns the files that the arguments name, in order.
+fn files(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    for log in logs {
+        let name = log.file_name().map(|name| name.to_string_lossy().into_owned());
+        let pattern = name.filter(|name| name.contains('*') && !log.exists());
+        let (folder, pattern) = match (log.is_dir(), pattern) {
+            (true, _) => (log.as_path(), "*.csv".to_owned()),
+            (false, Some(pattern)) => (log.parent().unwrap_or(Path::new("")), pattern),
+            (false, None) => {
+                files.push(log.clone());
+                continue;
+            }
+        };
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let entries = std::fs::read_dir(folder).map_err(FileError::io("read", folder))?;
+        let mut found: Vec<PathBuf> = Vec::new();
+        for entry in entries.flatten() {
+            if found.len() >= MOST_FILES {
+                return Err(FileError::TooManyEntries {
+                    folder: folder.into(),
+                    max_entries: MOST_FILES,
+                }
+                .into());
+            }
+            if fits(&pattern, &entry.file_name().to_string_lossy()) {
+                found.push(folder.join(entry.file_name()));
+            }
+        }
+        if found.is_empty() {
+            let problem =
+                format!("{}: no file fits; expected logs such as {pattern}", log.display());
+            bail!(BadArgument(problem));
+        }
+        found.sort();
+        files.extend(found);
+    }
+    if files.len() > MOST_FILES {
+        bail!(BadArgument(format!(
+            "{} files are named; expected at most {MOST_FILES}",
+            files.len()
+        )));
+    }
+    Ok(files)
+}
+
+pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
+    let out = args.out.place()?;
+    let page = Place::checked(args.page.as_deref(), args.out.force)?;
+    use_threads(&args.common)?;
+    let mut mapping = match &args.map {
+        Some(path) => Mapping::read(path)?,
+        None => Mapping::unknown(),
+    };
+    args.reading.apply(&mut mapping)?;
+    let progress = Progress::new(&args.common);
+    let mut streams = Streams::new(mapping);
+    for file in files(&args.logs)? {
+        progress.show(format!("reading {}", file.display()));
+        let bytes = read_file(&file, Limit::LOG)?;
+        streams.add_csv(&file.display().to_string(), &bytes).map_err(TaskError::from)?;
+    }
+    progress.show("finding events".into());
+    let imported = streams.finish().map_err(TaskError::from)?.import();
+    drop(progress);
+    if args.dry_run {
+        let mapping = imported.mapping.to_json()?;
+        return answer(
+            &args.common,
+            || tables::json(&imported),
+            || tables::text(&imported) + "\n" + &mapping,
+        );
+    }
+    if !matches!(page, Place::Default) {
+        page.write(import_page(&imported))?;
+    }
+    match &out {
+        Place::Default => {
+            answer(&args.common, || tables::json(&imported), || tables::text(&imported))
+        }
+        Place::Stdout => out.write(recording(&imported)?),
+        Place::File(path, _) => {
+            out.write(recording(&imported)?)?;
+            let wrote = || format!("{}\nWrote {}", tables::text(&imported), path.display());
+            answer_unless_quiet(&args.common, || tables::json(&imported), wrote)
+        }
+    }
+}
+
+/// Returns the recording as text that our own reader takes.
+fn recording(imported: &Imported) -> Result<String, Error> {
+    let text = imported.recording.to_jsonl(None)?;
+    Recording::parse(text.as_bytes(), "the recording").map_err(TaskError::from)?;
+    Ok(text)
+}

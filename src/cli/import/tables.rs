@@ -1,0 +1,162 @@
+//! What was imported, in tables or as JSON.
+
+use serde_json::{Value, json};
+use symbolt::task::SnapshotEvent;
+use symbolt::task::import::Imported;
+
+use super::super::table::{Grid, counted, section, wrapped};
+
+/// Most rows of a table of objects or events.
+const MOST_ROWS: usize = 200;
+
+fn name(event: SnapshotEvent) -> &'static str {
+    match event {
+        SnapshotEvent::Start => "start",
+        SnapshotEvent::Contact => "contact",
+        SnapshotEvent::Release => "release",
+        SnapshotEvent::End => "end",
+    }
+}
+
+/// Returns a text of the log without characters that a terminal obeys.
+fn plain(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
+        .collect()
+}
+
+pub(super) fn text(imported: &Imported) -> String {
+    let mut text = String::new();
+    let sessions = &imported.sessions;
+    let mut grid = Grid::new(&["session", ">parts", ">seconds", ">objects", "hand", ">events"]);
+    for (index, session) in sessions.iter().enumerate() {
+        let spans = session.parts.iter().filter_map(|part| part.span());
+        let seconds: f64 = spans.map(|(from, to)| to - from).sum();
+        let hand = session.parts.iter().any(|part| part.hand.is_some());
+        grid.row([
+            plain(&session.name),
+            session.parts.len().to_string(),
+            format!("{seconds:.1}"),
+            imported.seen.iter().filter(|seen| seen.session == index).count().to_string(),
+            if hand { "seen".into() } else { "not seen".into() },
+            imported.moments.iter().filter(|m| m.session == index).count().to_string(),
+        ]);
+    }
+    section(
+        &mut text,
+        &format!(
+            "{} of {}",
+            counted(sessions.len(), "session"),
+            counted(imported.rows as usize, "row")
+        ),
+        &grid,
+    );
+    let mut grid =
+        Grid::new(&["session", "object", "kind", ">poses", ">Hz", ">noise mm", ">carried"]);
+    for seen in imported.seen.iter().take(MOST_ROWS) {
+        grid.row([
+            plain(&sessions[seen.session].name),
+            plain(&seen.id),
+            plain(&seen.kind),
+            seen.samples.to_string(),
+            format!("{:.1}", seen.rate_hz),
+            seen.noise_m.map_or_else(|| "-".into(), |noise| format!("{:.2}", noise * 1e3)),
+            seen.carried.to_string(),
+        ]);
+    }
+    section(&mut text, "Objects", &grid);
+    let mut grid = Grid::new(&["session", ">s", "event", "object", "evidence"]);
+    for moment in imported.moments.iter().take(MOST_ROWS) {
+        let mut evidence = plain(&moment.evidence);
+        if !moment.with.is_empty() {
+            let with: Vec<String> = moment.with.iter().map(|id| plain(id)).collect();
+            evidence = format!("{evidence}; with {}", with.join(", "));
+        }
+        if moment.samples == 0 {
+            evidence += "; pose from the hand's motion";
+        }
+        grid.row([
+            plain(&sessions[moment.session].name),
+            format!("{:.2}", moment.t),
+            name(moment.event).into(),
+            plain(&moment.object),
+            evidence,
+        ]);
+    }
+    section(&mut text, &counted(imported.moments.len(), "event"), &grid);
+    let hidden = imported.moments.len().saturating_sub(MOST_ROWS);
+    if hidden > 0 {
+        text += &format!("... and {hidden} more; --json has all\n");
+    }
+    for guess in &imported.guesses {
+        let file = if guess.file.is_empty() { String::new() } else { format!(" ({})", guess.file) };
+        let line =
+            format!("guessed {}: {}, because {}{file}", guess.what, guess.value, guess.reason);
+        text += &format!("\n{}", wrapped(&plain(&line), 6));
+    }
+    if !imported.guesses.is_empty() {
+        text.push('\n');
+    }
+    for dropped in &imported.dropped {
+        let times =
+            if dropped.count == 1 { String::new() } else { format!(" ({} times)", dropped.count) };
+        text += &format!("\n{}", wrapped(&plain(&format!("left out: {}{times}", dropped.what)), 6));
+    }
+    if !imported.dropped.is_empty() {
+        text.push('\n');
+    }
+    let mut told: Vec<&Vec<String>> = Vec::new();
+    for (file, columns) in &imported.unused {
+        if !told.contains(&columns) {
+            told.push(columns);
+            let line = format!("not used in {file}: {}", columns.join(", "));
+            text += &format!("\n{}", wrapped(&plain(&line), 6));
+        }
+    }
+    if !told.is_empty() {
+        text.push('\n');
+    }
+    text
+}
+
+pub(super) fn json(imported: &Imported) -> Value {
+    let session = |index: usize| imported.sessions[index].name.clone();
+    let sessions = imported.sessions.iter().map(|session| {
+        let spans: Vec<_> = session.parts.iter().filter_map(|part| part.span()).collect();
+        json!({
+            "name": session.name,
+            "parts": session.parts.len(),
+            "seconds": spans.iter().map(|(from, to)| to - from).sum::<f64>(),
+            "hand": session.parts.iter().find_map(|part| part.hand.as_ref()).map(|hand| &*hand.id),
+        })
+    });
+    let objects = imported.seen.iter().map(|seen| {
+        json!({
+            "session": session(seen.session), "id": &*seen.id, "kind": &*seen.kind,
+            "poses": seen.samples, "rate_hz": seen.rate_hz, "noise_m": seen.noise_m, "carried": seen.carried,
+        })
+    });
+    let events = imported.moments.iter().map(|moment| {
+        json!({
+            "demo": moment.session, "session": session(moment.session), "part": moment.part,
+            "t": moment.t, "event": name(moment.event), "object": &*moment.object,
+            "with": moment.with.iter().map(|id| &**id).collect::<Vec<_>>(),
+            "evidence": moment.evidence, "poses": moment.samples,
+        })
+    });
+    let guesses = imported.guesses.iter().map(|guess| {
+        json!({"what": guess.what, "value": guess.value, "reason": guess.reason, "file": guess.file})
+    });
+    json!({
+        "demonstrations": imported.recording.demos.len(),
+        "snapshots": imported.recording.snapshot_count(),
+        "rows": imported.rows,
+        "sessions": sessions.collect::<Vec<_>>(),
+        "objects": objects.collect::<Vec<_>>(),
+        "events": events.collect::<Vec<_>>(),
+        "guesses": guesses.collect::<Vec<_>>(),
+        "left_out": imported.dropped.iter().map(|d| json!({"what": d.what, "count": d.count})).collect::<Vec<_>>(),
+        "unused": imported.unused.iter().map(|(file, columns)| json!({"file": file, "columns": columns})).collect::<Vec<_>>(),
+        "mapping": imported.mapping,
+    })
+}

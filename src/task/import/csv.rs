@@ -1,0 +1,329 @@
+//! Reads tables of text: comma, semicolon, tab or bar between fields, with or without comments.
+
+use super::layout::{Finder, Layout, Turn};
+use super::mapping::{Angle, TableMap, TimeUnit};
+use super::pattern::Pattern;
+use super::rows::{Row, Rows, is_missing, number};
+use super::streams::{Guess, Source, Streams};
+use crate::task::error::InputFault;
+use csv::{ByteRecord, ReaderBuilder, Trim};
+
+/// Greatest number of rows of a file.
+pub(super) const MOST_ROWS: u64 = 20_000_000;
+/// Greatest number of columns.
+const MOST_COLUMNS: usize = 10_000;
+/// Number of rows from which units and the decimal point are guessed.
+pub(super) const LOOK: usize = 1_000;
+
+/// How the text of a table is written.
+pub(super) struct Text {
+    pub delimiter: u8,
+    pub comma: bool,
+    pub header: Vec<String>,
+    /// Number of records of the header.
+    pub rows: usize,
+    line: usize,
+}
+
+pub(super) fn reader(bytes: &[u8], delimiter: u8) -> csv::Reader<&[u8]> {
+    let mut builder = ReaderBuilder::new();
+    builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter);
+    builder.trim(Trim::Fields).from_reader(bytes)
+}
+
+pub(super) fn syntax(file: &str, error: &csv::Error) -> InputFault {
+    InputFault {
+        file: file.into(),
+        line: error.position().map(|position| position.line() as usize),
+        field: String::new(),
+        problem: "the line cannot be split into fields".into(),
+        expected: "fields of text".into(),
+    }
+}
+
+impl Text {
+    /// Finds out how a table is written from its first lines.
+    fn of(
+        bytes: &[u8],
+        file: &str,
+        table: &TableMap,
+        guesses: &mut Vec<Guess>,
+    ) -> Result<Self, InputFault> {
+        let fault = |problem: &str, expected: &str| InputFault {
+            file: file.into(),
+            line: None,
+            field: String::new(),
+            problem: problem.into(),
+            expected: expected.into(),
+        };
+        let first = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+        let first = first.filter(|line| !line.is_empty() && line[0] != b'#').take(1).next();
+        let Some(first) = first else {
+            return Err(fault("it has no rows", "a header and rows"));
+        };
+        let delimiter = match table.delimiter {
+            Some(c) if c.is_ascii() => c as u8,
+            Some(c) => {
+                return Err(fault(&format!("the delimiter is `{c}`"), "one of , ; | and a tab"));
+            }
+            None => {
+                let count = |d: &u8| first.iter().filter(|b| *b == d).count();
+                [b',', b';', b'\t', b'|']
+                    .into_iter()
+                    .max_by_key(|d| (count(d), *d == b','))
+                    .unwrap_or(b',')
+            }
+        };
+        let mut looked: Vec<ByteRecord> = Vec::new();
+        for record in reader(bytes, delimiter).into_byte_records().take(LOOK) {
+            looked.push(record.map_err(|error| syntax(file, &error))?);
+        }
+        let comma = delimiter != b',' && decimal_comma(&looked);
+        if comma {
+            let reason =
+                "cells have one comma and no point, and another character stands between fields";
+            guesses.push(Guess {
+                what: "decimal".into(),
+                value: ",".into(),
+                reason: reason.into(),
+                file: file.into(),
+            });
+        }
+        let numeric = |cell: &[u8]| {
+            let text = std::str::from_utf8(cell.trim_ascii()).unwrap_or("?");
+            is_missing(cell.trim_ascii()) || text.replace(',', ".").parse::<f64>().is_ok()
+        };
+        // Rows of names stand before the first row in which most cells are numbers.
+        let named = |record: &ByteRecord| {
+            let cells = record.iter().filter(|cell| !cell.is_empty()).count();
+            let numbers = record.iter().filter(|cell| !cell.is_empty() && numeric(cell)).count();
+            numbers * 3 < cells.max(1)
+        };
+        let rows = match table.header_rows {
+            Some(rows) => rows,
+            // A table of names has rows that are names, too: only alike rows of several can be told.
+            None => looked
+                .iter()
+                .take(3)
+                .take_while(|record| named(record))
+                .count()
+                .min(if looked.len() > 1 { 3 } else { 1 }),
+        };
+        if rows == 0 || rows > looked.len() {
+            return Err(fault("it has no row of names", "names of the columns in the first row"));
+        }
+        if rows > 1 && table.header_rows.is_none() {
+            let reason = "so many rows have no numbers; their names are joined by a dot";
+            guesses.push(Guess {
+                what: "header_rows".into(),
+                value: rows.to_string(),
+                reason: reason.into(),
+                file: file.into(),
+            });
+        }
+        let columns = looked[..rows].iter().map(ByteRecord::len).max().unwrap_or_default();
+        if columns > MOST_COLUMNS {
+            return Err(fault(&format!("it has {columns} columns"), "at most 10,000"));
+        }
+        let mut header = vec![String::new(); columns];
+        for record in &looked[..rows] {
+            for (name, cell) in header.iter_mut().zip(record) {
+                let cell = String::from_utf8_lossy(cell);
+                if !name.is_empty() && !cell.is_empty() {
+                    name.push('.');
+                }
+                name.push_str(&cell);
+            }
+        }
+        let line = looked[rows - 1].position().map_or(1, |p| p.line() as usize);
+        Ok(Self { delimiter, comma, header, rows, line })
+    }
+}
+
+/// Returns whether numbers are written with a decimal comma.
+fn decimal_comma(records: &[ByteRecord]) -> bool {
+    let (mut commas, mut points) = (0, 0);
+    for cell in records.iter().flat_map(ByteRecord::iter) {
+        let digits = cell.iter().filter(|b| b.is_ascii_digit()).count();
+        let number = cell.iter().all(|b| b.is_ascii_digit() || b",.-+eE".contains(b));
+        if digits > 0 && number {
+            commas += usize::from(cell.iter().filter(|b| **b == b',').count() == 1);
+            points += usize::from(cell.contains(&b'.'));
+        }
+    }
+    commas > 0 && points == 0
+}
+
+/// Where a file belongs: its session and part.
+fn place(streams: &Streams, name: &str) -> Option<(String, String)> {
+    let pattern = streams.mapping.sessions.as_ref()?;
+    let found = Pattern::captured(pattern, name)?;
+    let value = |key: &str| found.iter().find(|(k, _)| k == key).map(|(_, v)| (*v).to_owned());
+    Some((value("session")?, value("part").unwrap_or_default()))
+}
+
+/// Words at the end of file names that say what a table holds, not which session it is of.
+const ROLES: [&str; 14] = [
+    "objects", "object", "robot", "poses", "pose", "gripper", "hand", "parts", "tracking", "arm",
+    "ee", "camera", "tf", "contacts",
+];
+
+/// Returns the session that a file's name gives without a pattern.
+fn session_of(name: &str) -> &str {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    match stem.rsplit_once(['_', '-', '.']) {
+        Some((session, role)) if ROLES.contains(&role.to_ascii_lowercase().as_str()) => session,
+        _ if ROLES.contains(&stem.to_ascii_lowercase().as_str()) => "",
+        _ => stem,
+    }
+}
+
+impl Streams {
+    /// Adds the rows of a table of text. `file` is its name in errors; patterns are compared with the part behind the
+    /// last `/`. Costs about 1 µs a row and body.
+    ///
+    /// # Errors
+    /// [`InputFault`] with the line and the column of the first fault.
+    pub fn add_csv(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let name = file.rsplit('/').next().unwrap_or(file);
+        let mapping = self.mapping.clone();
+        let unmapped = TableMap::default();
+        let table = mapping.table(name).unwrap_or(&unmapped);
+        let mut guesses = Vec::new();
+        let text = Text::of(bytes, file, table, &mut guesses)?;
+        let header = &*text.header;
+        let (line, guesses_of) = (text.line, &mut guesses);
+        let finder = Finder { header, file, line, mapping: &mapping, table, guesses: guesses_of };
+        let layout = finder.find()?;
+        let angle = match mapping.angle.or(layout.angle) {
+            Some(angle) => angle,
+            None => guess_angle(bytes, &text, &layout, file, &mut guesses)?,
+        };
+        if let Some(length) = layout.length.filter(|_| table.length.or(mapping.length).is_none()) {
+            let reason = "columns have it in their names".to_owned();
+            guesses.push(Guess {
+                what: "length".into(),
+                value: length.name().into(),
+                reason,
+                file: file.into(),
+            });
+        }
+        let source = self.sources.len() as u32;
+        self.sources.push(Source {
+            file: file.into(),
+            length: table.length.or(mapping.length).or(layout.length),
+            time: mapping.time_unit.or_else(|| match &*layout.time {
+                [(_, unit)] => *unit,
+                // Seconds and nanoseconds are added up in seconds.
+                [_, _, ..] => Some(TimeUnit::Second),
+                [] => None,
+            }),
+            frame: table.frame.or(mapping.frame),
+            row_of: table.row_of.clone(),
+            extent: [f64::INFINITY, f64::NEG_INFINITY],
+            times: Vec::new(),
+            rows: 0,
+        });
+        if mapping.tables.is_empty() {
+            let mut read = layout.described(header, &mapping);
+            read.header_rows = (text.rows > 1).then_some(text.rows);
+            match self.tables.iter_mut().find(|(table, _)| *table == read) {
+                Some((_, files)) => files.push(name.to_owned()),
+                None => self.tables.push((read, vec![name.to_owned()])),
+            }
+            if mapping.session.is_none()
+                && let Some(column) = layout.session
+            {
+                self.mapping.session = Some(header[column].clone());
+            }
+        }
+        if !layout.unused.is_empty() {
+            self.unused.push((file.into(), layout.unused.clone()));
+        }
+        for guess in guesses {
+            self.note(guess);
+        }
+        let (session, part) = match place(self, name) {
+            Some(place) => place,
+            None if mapping.sessions.is_some() => {
+                let problem =
+                    "its name does not fit the pattern of `sessions` in the mapping".to_owned();
+                return Err(InputFault {
+                    file: file.into(),
+                    line: None,
+                    field: String::new(),
+                    problem,
+                    expected: mapping.sessions.unwrap_or_default(),
+                });
+            }
+            None => (session_of(name).to_owned(), String::new()),
+        };
+        let referred = mapping.tables.iter().filter_map(|t| t.row_of.as_ref());
+        let referred = referred.into_iter().any(|pattern| Pattern::fits(pattern, name));
+        let rows =
+            Rows { layout: &layout, text: &text, file, angle, source, referred, session, part };
+        rows.read(bytes, self)
+    }
+
+    /// Notes that the clock of a file starts again.
+    pub(super) fn note_reset(&mut self, file: &str, line: u64) {
+        let reason = format!("the time goes back at line {line}");
+        self.note(Guess {
+            what: "session".into(),
+            value: "another".into(),
+            reason,
+            file: file.into(),
+        });
+    }
+
+    /// Notes a guess, once for all files that give the same.
+    fn note(&mut self, guess: Guess) {
+        let same = |g: &&mut Guess| {
+            g.what == guess.what && g.value == guess.value && g.reason == guess.reason
+        };
+        match self.guesses.iter_mut().find(same) {
+            Some(known) if known.file != guess.file => known.file.clear(),
+            Some(_) => {}
+            None => self.guesses.push(guess),
+        }
+    }
+}
+
+/// Guesses the unit of angles from the greatest one.
+fn guess_angle(
+    bytes: &[u8],
+    text: &Text,
+    layout: &Layout,
+    file: &str,
+    guesses: &mut Vec<Guess>,
+) -> Result<Angle, InputFault> {
+    let three: Vec<usize> = (layout.bodies.iter())
+        .filter_map(
+            |body| if let Turn::Three(columns, _) = body.turn { Some(columns) } else { None },
+        )
+        .flatten()
+        .collect();
+    if three.is_empty() {
+        return Ok(Angle::Radian);
+    }
+    let mut greatest = 0.0f64;
+    for record in reader(bytes, text.delimiter).into_byte_records().skip(text.rows).take(LOOK) {
+        let record = record.map_err(|error| syntax(file, &error))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row = Row { file, line, header: &text.header };
+        for column in &three {
+            greatest =
+                greatest.max(number(&record, *column, text.comma, &row)?.unwrap_or(0.0).abs());
+        }
+    }
+    let angle = if greatest > 6.4 { Angle::Degree } else { Angle::Radian };
+    let reason = format!("the greatest angle of the first rows is {greatest:.1}");
+    guesses.push(Guess {
+        what: "angle".into(),
+        value: angle.name().into(),
+        reason,
+        file: file.into(),
+    });
+    Ok(angle)
+}

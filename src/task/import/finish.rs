@@ -1,0 +1,432 @@
+//! Turns what was read into streams in seconds and metres, in the world's axes.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::columns::{kind_of, names_a_hand};
+use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
+use super::pattern::Pattern;
+use super::streams::{Dropped, Guess, Part, Sample, Source, Streams, Track};
+use crate::robot::Pose;
+use crate::robot::pose::quaternion_array;
+use crate::task::error::InputFault;
+
+/// The parts of one demonstration, one after the other.
+#[derive(Debug, Clone, Default)]
+pub struct Session {
+    /// Name of the session.
+    pub name: String,
+    /// Its parts in order.
+    pub parts: Vec<Part>,
+}
+
+/// Streams in seconds and metres, with z up.
+#[derive(Debug, Clone)]
+pub struct Log {
+    /// The sessions in the order of the files.
+    pub sessions: Vec<Session>,
+    /// What was guessed.
+    pub guesses: Vec<Guess>,
+    /// What was left out.
+    pub dropped: Vec<Dropped>,
+    /// Columns that were not used, by file.
+    pub unused: Vec<(String, Vec<String>)>,
+    /// The mapping with what was guessed for all files.
+    pub mapping: Mapping,
+    /// Number of rows that were read.
+    pub rows: u64,
+}
+
+/// Greatest coordinate of a recording, in metres.
+const FARTHEST: f64 = 1e6;
+
+fn fault(file: &str, field: &str, problem: String, expected: &str) -> InputFault {
+    let (file, field, expected) = (file.to_owned(), field.to_owned(), expected.to_owned());
+    InputFault { file, line: None, field, problem, expected }
+}
+
+/// Axes of the world in axes of the log: rows of an orthogonal matrix, each a column and a sign.
+#[derive(Clone, Copy)]
+struct Axes {
+    from: [usize; 3],
+    sign: [f64; 3],
+    /// 1, or -1 for a reflection.
+    determinant: f64,
+}
+
+impl Axes {
+    fn of(up: Up, handed: Handed) -> Self {
+        let (from, mut sign) = match up {
+            Up::Z => ([0, 1, 2], [1.0, 1.0, 1.0]),
+            Up::MinusZ => ([0, 1, 2], [1.0, -1.0, -1.0]),
+            Up::Y => ([0, 2, 1], [1.0, -1.0, 1.0]),
+            Up::MinusY => ([0, 2, 1], [1.0, 1.0, -1.0]),
+            Up::X => ([1, 2, 0], [1.0, 1.0, 1.0]),
+            Up::MinusX => ([1, 2, 0], [-1.0, 1.0, -1.0]),
+        };
+        // The reflection keeps the vertical.
+        let determinant = if handed == Handed::Left { -1.0 } else { 1.0 };
+        sign[1] *= determinant;
+        Self { from, sign, determinant }
+    }
+
+    fn vector(&self, v: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.sign[axis] * v[self.from[axis]])
+    }
+
+    /// Returns the rotation in the new axes. A rotation vector is an axial vector, so a reflection turns it round.
+    fn rotation(&self, [x, y, z, w]: [f64; 4]) -> [f64; 4] {
+        let [x, y, z] = self.vector([x, y, z]).map(|v| v * self.determinant);
+        [x, y, z, w]
+    }
+}
+
+/// Returns the median of some numbers.
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len().checked_sub(1)? / 2;
+    let (_, value, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*value)
+}
+
+impl Streams {
+    /// Applies units, axes and frames, guessing what the mapping does not say, and sorts the samples by time.
+    ///
+    /// # Errors
+    /// [`InputFault`] if a unit cannot be told, if files disagree about it, if a row refers to no row, or if there are no
+    /// poses.
+    pub fn finish(mut self) -> Result<Log, InputFault> {
+        let lengths = self.lengths()?;
+        let times: Vec<TimeUnit> =
+            (0..self.sources.len()).map(|index| self.time_unit(index)).collect();
+        let up = self.mapping.up.unwrap_or(Up::Z);
+        let handed = self.mapping.handed.unwrap_or(Handed::Right);
+        let axes = Axes::of(up, handed);
+        self.mapping.up.get_or_insert(up);
+        self.mapping.handed.get_or_insert(handed);
+        let rows = self.sources.iter().map(|source| source.rows).sum();
+        let mut parts = std::mem::take(&mut self.parts);
+        for part in &mut parts {
+            self.rows_to_times(part, &times)?;
+            for track in &mut part.tracks {
+                for sample in &mut track.samples {
+                    let source = &self.sources[sample.source as usize];
+                    let unit = lengths[sample.source as usize].metres();
+                    place(sample, unit, axes, source.frame.as_ref());
+                    if let Some(far) = sample.position.iter().find(|v| v.abs() > FARTHEST) {
+                        let problem = format!("{} is at {far:e} m", track.id);
+                        let expected = "coordinates of at most 1e6 m";
+                        return Err(fault(&source.file, "", problem, expected));
+                    }
+                    if source.row_of.is_none() {
+                        sample.t *= times[sample.source as usize].seconds();
+                    }
+                }
+            }
+            let unit = part.signal_source.map_or(1.0, |source| times[source as usize].seconds());
+            part.width.iter_mut().for_each(|(t, _)| *t *= unit);
+            part.grasp.iter_mut().for_each(|(t, _)| *t *= unit);
+            part.contacts.values_mut().flatten().for_each(|(t, _)| *t *= unit);
+            self.sort(part);
+            self.name(part);
+        }
+        if let Some(gap_s) = self.mapping.gap_s {
+            parts = parts.into_iter().flat_map(|part| split(part, gap_s)).collect();
+        }
+        parts.retain(|part| part.tracks.iter().any(|track| !track.samples.is_empty()));
+        if parts.is_empty() {
+            let file = self.sources.first().map_or("", |source| &source.file);
+            return Err(fault(file, "", "no object has a pose".into(), "poses of objects"));
+        }
+        let mut sessions: Vec<Session> = Vec::new();
+        for part in parts {
+            match sessions.iter_mut().find(|session| session.name == part.session) {
+                Some(session) => session.parts.push(part),
+                None => sessions.push(Session { name: part.session.clone(), parts: vec![part] }),
+            }
+        }
+        for session in &mut sessions {
+            session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
+        }
+        let Self { guesses, dropped, unused, mut mapping, tables, .. } = self;
+        let alone = tables.len() == 1;
+        mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
+            files: if alone { String::new() } else { common(&files) },
+            ..table
+        }));
+        Ok(Log { sessions, guesses, dropped, unused, mapping, rows })
+    }
+
+    fn guess(&mut self, what: &str, value: &str, reason: String) {
+        let (what, value) = (what.to_owned(), value.to_owned());
+        self.guesses.push(Guess { what, value, reason, file: String::new() });
+    }
+
+    /// Returns the unit of positions of each file.
+    fn lengths(&mut self) -> Result<Vec<Length>, InputFault> {
+        let size = |source: &Source| source.extent[0].abs().max(source.extent[1].abs());
+        let told = |source: &Source| match size(source) {
+            size if size <= 10.0 => Some(Length::Metre),
+            size if (100.0..=20_000.0).contains(&size) => Some(Length::Millimetre),
+            _ => None,
+        };
+        let unknown: Vec<&Source> =
+            self.sources.iter().filter(|s| s.length.is_none() && s.extent[0].is_finite()).collect();
+        let mut decided: Option<(Length, &Source)> = None;
+        for source in &unknown {
+            let Some(length) = told(source) else { continue };
+            match decided {
+                Some((before, other)) if before != length => {
+                    let problem = format!(
+                        "its greatest coordinate is {}, that of {} is {}",
+                        size(source),
+                        other.file,
+                        size(other)
+                    );
+                    let expected =
+                        "one unit in all files, or `length` for each table in the mapping";
+                    return Err(fault(&source.file, "", problem, expected));
+                }
+                Some(_) => {}
+                None => decided = Some((length, source)),
+            }
+        }
+        if decided.is_none()
+            && let Some(source) = unknown.first()
+        {
+            let problem =
+                format!("its greatest coordinate is {}, which tells no unit", size(source));
+            let expected = "--length m, mm, cm or inch, or `length` in the mapping";
+            return Err(fault(&source.file, "", problem, expected));
+        }
+        let size = decided.map(|(_, source)| size(source));
+        let length = decided.map(|(length, _)| length);
+        if let (Some(length), Some(size)) = (length, size) {
+            let reason = format!("the greatest coordinate is {size:.3}");
+            self.guess("length", length.name(), reason);
+            self.mapping.length.get_or_insert(length);
+        }
+        let own = |source: &Source| source.length.or(length).unwrap_or(Length::Metre);
+        Ok(self.sources.iter().map(own).collect())
+    }
+
+    /// Returns the unit of time of a file.
+    fn time_unit(&mut self, index: usize) -> TimeUnit {
+        let source = &self.sources[index];
+        if let Some(unit) = source.time {
+            return unit;
+        }
+        let mut steps: Vec<f64> =
+            source.times.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0).collect();
+        let Some(step) = median(&mut steps) else { return TimeUnit::Second };
+        let whole = source.times.iter().all(|t| t.fract() == 0.0);
+        let unit = match step {
+            step if step < 5.0 || !whole && step < 60.0 => TimeUnit::Second,
+            step if step < 5e3 => TimeUnit::Millisecond,
+            step if step < 1e6 => TimeUnit::Microsecond,
+            _ => TimeUnit::Nanosecond,
+        };
+        if source.row_of.is_none() {
+            let reason = format!("the time between rows is {step:.4}");
+            if !self.guesses.iter().any(|g| g.what == "time_unit" && g.value == unit.name()) {
+                self.guess("time_unit", unit.name(), reason);
+            }
+            self.mapping.time_unit.get_or_insert(unit);
+        }
+        unit
+    }
+
+    /// Replaces numbers of rows by the times of these rows.
+    fn rows_to_times(&self, part: &mut Part, units: &[TimeUnit]) -> Result<(), InputFault> {
+        for track in &mut part.tracks {
+            for sample in &mut track.samples {
+                let source = &self.sources[sample.source as usize];
+                let Some(pattern) = &source.row_of else { continue };
+                let times = part.row_times.iter().find(|(file, _)| Pattern::fits(pattern, file));
+                let Some((file, times)) = times else {
+                    let problem = format!("its session has no table `{pattern}`");
+                    return Err(fault(
+                        &source.file,
+                        "row_of",
+                        problem,
+                        "the table to whose rows it refers",
+                    ));
+                };
+                let row = sample.t;
+                let time = (row >= 0.0 && row.fract() == 0.0).then(|| times.get(row as usize));
+                let Some(time) = time.flatten() else {
+                    let problem =
+                        format!("a row is labelled {row}, and {file} has {} rows", times.len());
+                    return Err(fault(
+                        &source.file,
+                        "row_of",
+                        problem,
+                        "the number of a row, from 0",
+                    ));
+                };
+                let of = |s: &Source| s.file.rsplit('/').next() == Some(file.as_str());
+                let unit = self.sources.iter().position(of).map_or(1.0, |at| units[at].seconds());
+                sample.t = time * unit;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sorts the samples of a part by time and leaves out those that repeat a time.
+    fn sort(&mut self, part: &mut Part) {
+        let mut repeated = 0;
+        for track in &mut part.tracks {
+            track.samples.sort_by(|a, b| a.t.total_cmp(&b.t));
+            let before = track.samples.len();
+            track.samples.dedup_by(|next, kept| next.t == kept.t);
+            repeated += before - track.samples.len();
+            // A quaternion and its negative are the same rotation.
+            let mut last = [0.0; 4];
+            for sample in track.samples.iter_mut().filter(|sample| sample.oriented()) {
+                let q = sample.orientation;
+                if q.iter().zip(last).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
+                    sample.orientation = q.map(|v| -v);
+                }
+                last = sample.orientation;
+            }
+        }
+        part.width.sort_by(|a, b| a.0.total_cmp(&b.0));
+        part.grasp.sort_by(|a, b| a.0.total_cmp(&b.0));
+        part.contacts.values_mut().for_each(|flags| flags.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        for _ in 0..repeated {
+            self.drop_one("pose that repeats a time of its object");
+        }
+    }
+
+    /// Gives the objects of a part their kinds, and finds the hand.
+    fn name(&mut self, part: &mut Part) {
+        for track in &mut part.tracks {
+            let given = self.mapping.kind(&track.id).map(str::to_owned);
+            let logged = part.kinds.get(&*track.id).cloned();
+            let kind = given.or(logged).unwrap_or_else(|| {
+                let kind = kind_of(&track.id).to_owned();
+                if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind)
+                    && kind != *track.id
+                {
+                    self.guess("kinds", &kind, format!("`{}` without its number", track.id));
+                }
+                // A pattern could fit other ids.
+                self.mapping.kinds.insert(track.id.to_string(), kind.clone());
+                kind
+            });
+            track.kind = kind.into();
+        }
+        let hand = match &self.mapping.hand {
+            Some(pattern) => part.tracks.iter().position(|t| Pattern::fits(pattern, &t.id)),
+            None => part.tracks.iter().position(|t| names_a_hand(&t.id)),
+        };
+        if let Some(hand) = hand {
+            let hand = part.tracks.remove(hand);
+            if self.mapping.hand.is_none() {
+                self.guess("hand", &hand.id, "its name is that of a hand".into());
+                self.mapping.hand = Some(hand.id.to_string());
+            }
+            part.hand = Some(hand);
+        }
+    }
+}
+
+/// Returns a pattern that fits some names: their common end behind a wildcard.
+fn common(files: &[String]) -> String {
+    let [first, others @ ..] = files else { return String::new() };
+    if others.is_empty() {
+        return first.clone();
+    }
+    let starts = first.char_indices().map(|(at, _)| &first[at..]);
+    let end = starts.into_iter().find(|end| others.iter().all(|other| other.ends_with(end)));
+    format!("*{}", end.unwrap_or_default())
+}
+
+/// Returns a name so that names sort by the numbers in them.
+fn natural(name: &str) -> (u64, &str) {
+    (name.parse().unwrap_or(u64::MAX), name)
+}
+
+fn place(sample: &mut Sample, unit_m: f64, axes: Axes, frame: Option<&Pose>) {
+    sample.position = axes.vector(sample.position.map(|v| v * unit_m));
+    if sample.oriented() {
+        sample.orientation = axes.rotation(sample.orientation);
+    }
+    if let Some(frame) = frame {
+        let turn = frame.rotation();
+        let moved = turn * Vector3::from(sample.position) + Vector3::from(frame.position);
+        sample.position = moved.into();
+        if sample.oriented() {
+            let [x, y, z, w] = sample.orientation;
+            let own = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+            sample.orientation = quaternion_array(&(turn * own));
+        }
+    }
+}
+
+/// Splits a part into sessions where no stream has a sample for longer than `gap_s`.
+fn split(part: Part, gap_s: f64) -> Vec<Part> {
+    let mut times: Vec<f64> =
+        part.tracks.iter().flat_map(|track| track.samples.iter().map(|s| s.t)).collect();
+    times.sort_by(f64::total_cmp);
+    let gaps = times.windows(2).filter(|t| t[1] - t[0] > gap_s);
+    let mut cuts: Vec<f64> = gaps.map(|t| (t[0] + t[1]) / 2.0).collect();
+    if cuts.is_empty() {
+        return vec![part];
+    }
+    cuts.insert(0, f64::NEG_INFINITY);
+    cuts.push(f64::INFINITY);
+    let inside = |t: f64, cut: &[f64]| t > cut[0] && t <= cut[1];
+    let cut_track = |track: &Track, cut: &[f64]| Track {
+        samples: track.samples.iter().filter(|s| inside(s.t, cut)).copied().collect(),
+        ..track.clone()
+    };
+    let flags = |flags: &[(f64, bool)], cut: &[f64]| -> Vec<(f64, bool)> {
+        flags.iter().filter(|(t, _)| inside(*t, cut)).copied().collect()
+    };
+    let own = |(number, cut): (usize, &[f64])| Part {
+        session: format!("{}-{}", part.session, number + 1),
+        part: part.part.clone(),
+        tracks: part.tracks.iter().map(|track| cut_track(track, cut)).collect(),
+        hand: part.hand.as_ref().map(|hand| cut_track(hand, cut)),
+        width: part.width.iter().filter(|(t, _)| inside(*t, cut)).copied().collect(),
+        grasp: flags(&part.grasp, cut),
+        contacts: part
+            .contacts
+            .iter()
+            .map(|(id, f)| (id.clone(), flags(f, cut)))
+            .collect::<BTreeMap<_, _>>(),
+        ..Part::default()
+    };
+    cuts.windows(2).enumerate().map(own).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_turn_up_to_z_and_reflect_left_hands() {
+        for up in Up::ALL.iter().copied() {
+            for handed in Handed::ALL.iter().copied() {
+                let axes = Axes::of(up, handed);
+                let sign = if up.name().starts_with('-') { -1.0 } else { 1.0 };
+                let mut above = [0.0; 3];
+                above["xyz".find(up.name().trim_start_matches('-')).unwrap_or(9)] = sign;
+                assert_eq!(axes.vector(above), [0.0, 0.0, 1.0], "{up:?} {handed:?}");
+                let columns = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]
+                    .map(|e| Vector3::from(axes.vector(e)));
+                let determinant = columns[0].cross(&columns[1]).dot(&columns[2]);
+                assert_eq!(determinant, axes.determinant, "{up:?} {handed:?}");
+                // R' = B R B^T, whatever the axes.
+                let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.9));
+                let v = [0.2, 0.7, -0.4];
+                let one = Vector3::from(axes.vector((turn * Vector3::from(v)).into()));
+                let [x, y, z, w] = axes.rotation(quaternion_array(&turn));
+                let own = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+                let other = own * Vector3::from(axes.vector(v));
+                assert!((one - other).norm() < 1e-12, "{up:?} {handed:?}");
+            }
+        }
+    }
+}

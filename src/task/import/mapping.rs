@@ -1,0 +1,367 @@
+//! The mapping: which columns of a log hold what, and in which units, axes and frame.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::pattern::Pattern;
+use crate::files::{Limit, read_file};
+use crate::robot::Pose;
+use crate::task::error::{InputFault, TaskError, json_problem};
+
+/// Value of `format` in a mapping file.
+pub const FORMAT: &str = "symbolt-import";
+/// Version of mapping files.
+pub const VERSION: u32 = 1;
+
+/// Makes an enum whose values have a name in files and on the command line.
+macro_rules! named {
+    ($(#[$doc:meta])* $name:ident { $($(#[$about:meta])* $value:ident = $text:literal,)* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        pub enum $name { $($(#[$about])* #[serde(rename = $text)] $value,)* }
+
+        impl $name {
+            /// All values.
+            pub const ALL: &[Self] = &[$(Self::$value,)*];
+
+            /// Returns the name in files and on the command line.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$value => $text,)* }
+            }
+
+            /// Returns the value with this name.
+            pub fn named(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|value| value.name() == name)
+            }
+        }
+    };
+}
+
+named! {
+    /// Unit of positions.
+    Length {
+        /// Metres.
+        Metre = "m",
+        /// Millimetres.
+        Millimetre = "mm",
+        /// Centimetres.
+        Centimetre = "cm",
+        /// Inches of 25.4 mm.
+        Inch = "inch",
+    }
+}
+
+impl Length {
+    /// Returns the unit in metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Millimetre => 1e-3,
+            Self::Centimetre => 1e-2,
+            Self::Inch => 0.0254,
+        }
+    }
+}
+
+named! {
+    /// Unit of times.
+    TimeUnit {
+        /// Seconds.
+        Second = "s",
+        /// Milliseconds.
+        Millisecond = "ms",
+        /// Microseconds.
+        Microsecond = "us",
+        /// Nanoseconds.
+        Nanosecond = "ns",
+    }
+}
+
+impl TimeUnit {
+    /// Returns the unit in seconds.
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::Second => 1.0,
+            Self::Millisecond => 1e-3,
+            Self::Microsecond => 1e-6,
+            Self::Nanosecond => 1e-9,
+        }
+    }
+}
+
+named! {
+    /// Unit of angles.
+    Angle {
+        /// Radians.
+        Radian = "rad",
+        /// Degrees.
+        Degree = "deg",
+    }
+}
+
+named! {
+    /// Order of the four numbers of a quaternion.
+    QuaternionOrder {
+        /// The real part stands last.
+        Xyzw = "xyzw",
+        /// The real part stands first.
+        Wxyz = "wxyz",
+    }
+}
+
+named! {
+    /// What three numbers of a rotation are.
+    Rotation {
+        /// A rotation vector: axis times angle.
+        Vector = "vector",
+        /// Roll, pitch and yaw about the fixed axes x, y and z, in this order.
+        Euler = "euler",
+    }
+}
+
+named! {
+    /// Axis of the log that points up.
+    Up {
+        /// The x axis.
+        X = "x",
+        /// The y axis.
+        Y = "y",
+        /// The z axis.
+        Z = "z",
+        /// Against the x axis.
+        MinusX = "-x",
+        /// Against the y axis.
+        MinusY = "-y",
+        /// Against the z axis.
+        MinusZ = "-z",
+    }
+}
+
+named! {
+    /// Handedness of the log's axes.
+    Handed {
+        /// The axes are right-handed.
+        Right = "right",
+        /// The axes are left-handed.
+        Left = "left",
+    }
+}
+
+/// Columns that hold the pose of one object. Columns are given by name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseColumns {
+    /// Columns of x, y and z.
+    pub position: [String; 3],
+    /// Four columns of a quaternion in the mapping's order, three of a rotation, nine of a matrix by rows, or none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rotation: Vec<String>,
+}
+
+/// How to read the tables whose file names match a pattern.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TableMap {
+    /// Pattern of file names; `*` stands for any text. Empty: all files.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub files: String,
+    /// Number of rows of the header; names of several rows are joined by a dot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub header_rows: Option<usize>,
+    /// Character between fields: `,`, `;`, a tab or `|`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delimiter: Option<char>,
+    /// Column of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<String>,
+    /// The first column counts the rows, from 0, of the table of the same session whose file name matches this pattern.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row_of: Option<String>,
+    /// Column of the object's id: one row for each time and object.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
+    /// Column of the object's kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<String>,
+    /// Columns of each object, by id. In a table with a column of ids the id is `*`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub objects: BTreeMap<String, PoseColumns>,
+    /// Column of the gripper's width. Any unit; open is wider.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<String>,
+    /// Column that says whether the gripper holds something.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grasp: Option<String>,
+    /// Columns that say whether the gripper touches an object, by the object's id (`*` in a table with a column of ids).
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub contact: BTreeMap<String, String>,
+    /// Unit of positions, if it differs from the mapping's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
+    /// Pose of this table's frame of reference in the world, if it differs from the mapping's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<Pose>,
+}
+
+/// What a log means. What is not given is guessed from the log, and each guess is reported.
+///
+/// ```
+/// use symbolt::task::import::{Length, Mapping};
+///
+/// let text = r#"{"format": "symbolt-import", "version": 1, "length": "mm", "kinds": {"cup_*": "cup"}}"#;
+/// let mapping = Mapping::parse(text.as_bytes(), "map.json")?;
+/// assert_eq!(mapping.length, Some(Length::Millimetre));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Mapping {
+    /// Always [`FORMAT`].
+    pub format: String,
+    /// Always [`VERSION`].
+    pub version: u32,
+    /// Pattern of file names with `{session}`, and `{part}` where a session has several files one after the other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sessions: Option<String>,
+    /// Column of the session.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
+    /// A longer gap in time begins a new session, in seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_s: Option<f64>,
+    /// Unit of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_unit: Option<TimeUnit>,
+    /// Unit of positions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
+    /// Unit of angles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Angle>,
+    /// Order of quaternions whose columns do not name it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quaternion: Option<QuaternionOrder>,
+    /// Meaning of three columns of a rotation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<Rotation>,
+    /// Axis that points up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<Up>,
+    /// Handedness of the axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub handed: Option<Handed>,
+    /// Pose in the world of the frame in which the log gives poses, in metres, after `up` and `handed`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<Pose>,
+    /// Pattern of the id of the hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hand: Option<String>,
+    /// Kind of the objects whose id matches a pattern.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub kinds: BTreeMap<String, String>,
+    /// Patterns of columns and ids to leave out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ignore: Vec<String>,
+    /// The tables. The first whose pattern matches the name of a file is used for it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<TableMap>,
+}
+
+impl Mapping {
+    /// Returns a mapping in which everything is to be guessed.
+    pub fn unknown() -> Self {
+        Self { format: FORMAT.into(), version: VERSION, ..Self::default() }
+    }
+
+    /// Reads a mapping from a JSON file.
+    ///
+    /// # Errors
+    /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] as in [`Mapping::parse`].
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
+        let bytes = read_file(path, Limit::SETTINGS)?;
+        Ok(Self::parse(&bytes, &path.display().to_string())?)
+    }
+
+    /// Reads a mapping from the bytes of a JSON file. `file` is its name in errors.
+    ///
+    /// # Errors
+    /// [`InputFault`] if the bytes are no mapping, with the line and what was expected.
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
+        let fault = |line, field: &str, problem: String, expected: &str| InputFault {
+            file: file.into(),
+            line,
+            field: field.into(),
+            problem,
+            expected: expected.into(),
+        };
+        let mapping: Self = serde_json::from_slice(bytes).map_err(|error| {
+            let expected = "a mapping as `symbolt import LOG --dry-run` prints it";
+            fault(Some(error.line()), "", json_problem(&error), expected)
+        })?;
+        if mapping.format != FORMAT {
+            let problem = format!("it is `{}`", mapping.format);
+            return Err(fault(None, "format", problem, FORMAT));
+        }
+        if mapping.version != VERSION {
+            return Err(fault(None, "version", format!("it is {}", mapping.version), "1"));
+        }
+        if let Some(sessions) = &mapping.sessions
+            && !sessions.contains("{session}")
+        {
+            let problem = format!("`{sessions}` does not say where the session stands");
+            return Err(fault(None, "sessions", problem, "a pattern with {session}"));
+        }
+        if let Some(gap_s) = mapping.gap_s
+            && !(gap_s > 0.0 && gap_s.is_finite())
+        {
+            return Err(fault(None, "gap_s", format!("it is {gap_s}"), "more than 0 seconds"));
+        }
+        let frames = mapping.tables.iter().filter_map(|table| table.frame.as_ref());
+        for frame in mapping.frame.iter().chain(frames) {
+            let norm = frame.orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if !((norm - 1.0).abs() < 1e-2 && frame.position.iter().all(|v| v.is_finite())) {
+                let problem = format!("its orientation has the norm {norm}");
+                let expected = "a position in metres and a unit quaternion x, y, z, w";
+                return Err(fault(None, "frame", problem, expected));
+            }
+        }
+        for (index, table) in mapping.tables.iter().enumerate() {
+            for (id, columns) in &table.objects {
+                if !matches!(columns.rotation.len(), 0 | 3 | 4 | 9) {
+                    let field = format!("tables[{index}].objects.{id}.rotation");
+                    let problem = format!("it has {} columns", columns.rotation.len());
+                    return Err(fault(None, &field, problem, "no, 3, 4 or 9 columns"));
+                }
+            }
+        }
+        Ok(mapping)
+    }
+
+    /// Writes the mapping as JSON.
+    ///
+    /// # Errors
+    /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
+    pub fn to_json(&self) -> Result<String, TaskError> {
+        let what = "the mapping";
+        serde_json::to_string_pretty(self).map_err(|source| TaskError::Json { what, source })
+    }
+
+    /// Returns how to read the file with this name.
+    pub(super) fn table(&self, name: &str) -> Option<&TableMap> {
+        let fits = |table: &&TableMap| table.files.is_empty() || Pattern::fits(&table.files, name);
+        self.tables.iter().find(fits)
+    }
+
+    /// Returns whether a column or an id is left out.
+    pub(super) fn ignores(&self, name: &str) -> bool {
+        self.ignore.iter().any(|pattern| Pattern::fits(pattern, name))
+    }
+
+    /// Returns the kind that the mapping gives to an id.
+    pub(super) fn kind(&self, id: &str) -> Option<&str> {
+        let fitting = self.kinds.iter().find(|(pattern, _)| Pattern::fits(pattern, id));
+        fitting.map(|(_, kind)| kind.as_str())
+    }
+}

@@ -1,0 +1,406 @@
+//! The rows of a table: times, signals of the gripper and poses.
+
+use csv::ByteRecord;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use super::csv::{LOOK, MOST_ROWS, Text, reader, syntax};
+use super::layout::{Body, Layout, Turn};
+use super::mapping::{Angle, Rotation, TimeUnit};
+use super::streams::{Part, Sample, Streams};
+use crate::robot::pose::quaternion_array;
+use crate::task::error::InputFault;
+use crate::task::recording::MAX_NAME;
+
+/// A place in a table.
+pub(super) struct Row<'a> {
+    pub file: &'a str,
+    pub line: u64,
+    pub header: &'a [String],
+}
+
+impl Row<'_> {
+    fn fault(&self, column: usize, problem: String, expected: &str) -> InputFault {
+        InputFault {
+            file: self.file.into(),
+            line: Some(self.line as usize),
+            field: self.header.get(column).cloned().unwrap_or_default(),
+            problem,
+            expected: expected.into(),
+        }
+    }
+}
+
+/// Cells that mean that nothing was measured.
+pub(super) fn is_missing(cell: &[u8]) -> bool {
+    cell.is_empty()
+        || ["nan", "na", "n/a", "null", "none", "-", "-nan", "nil"]
+            .iter()
+            .any(|word| cell.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+/// Returns the number in a cell; `None` for a missing one.
+pub(super) fn number(
+    record: &ByteRecord,
+    column: usize,
+    comma: bool,
+    row: &Row<'_>,
+) -> Result<Option<f64>, InputFault> {
+    let cell = record.get(column).unwrap_or_default().trim_ascii();
+    if is_missing(cell) {
+        return Ok(None);
+    }
+    let text = std::str::from_utf8(cell).unwrap_or("\u{fffd}");
+    let parsed = match comma {
+        true => text.replace(',', ".").parse::<f64>(),
+        false => text.parse::<f64>(),
+    };
+    match parsed {
+        Ok(value) if value.is_finite() => Ok(Some(value)),
+        _ => {
+            let shown: String = text.chars().take(40).collect();
+            Err(row.fault(column, format!("it is `{shown}`"), "a number, or an empty cell"))
+        }
+    }
+}
+
+/// Returns the flag in a cell; `None` for a missing one.
+fn flag(
+    record: &ByteRecord,
+    column: usize,
+    comma: bool,
+    row: &Row<'_>,
+) -> Result<Option<bool>, InputFault> {
+    let cell = record.get(column).unwrap_or_default().trim_ascii();
+    for (words, value) in
+        [(["true", "yes", "closed", "on"], true), (["false", "no", "open", "off"], false)]
+    {
+        if words.iter().any(|word| cell.eq_ignore_ascii_case(word.as_bytes())) {
+            return Ok(Some(value));
+        }
+    }
+    Ok(number(record, column, comma, row)?.map(|value| value > 0.5))
+}
+
+/// The times of a file so far.
+#[derive(Default)]
+struct Clock {
+    first: f64,
+    last: f64,
+    count: u64,
+}
+
+impl Clock {
+    /// Returns whether a time goes back by more than half of the time that has passed, after at least 20 rows.
+    fn again(&self, t: f64) -> bool {
+        self.count >= 20 && self.last - t > 0.5 * (self.last - self.first)
+    }
+
+    fn tick(&mut self, t: f64) {
+        if self.count == 0 || self.again(t) {
+            *self = Self { first: t, last: t, count: 0 };
+        }
+        (self.last, self.count) = (self.last.max(t), self.count + 1);
+    }
+}
+
+/// The rows of one file.
+pub(super) struct Rows<'a> {
+    pub layout: &'a Layout,
+    pub text: &'a Text,
+    pub file: &'a str,
+    pub angle: Angle,
+    pub source: u32,
+    pub referred: bool,
+    pub session: String,
+    pub part: String,
+}
+
+impl Rows<'_> {
+    /// Returns whether rows have times of their own, not numbers of other rows.
+    fn text_clock(&self) -> bool {
+        !self.layout.time.is_empty()
+    }
+
+    pub fn read(&self, bytes: &[u8], into: &mut Streams) -> Result<(), InputFault> {
+        let header = &*self.text.header;
+        let mut table = reader(bytes, self.text.delimiter);
+        let mut record = ByteRecord::new();
+        let mut count = 0u64;
+        let (mut clock, mut resets) = (Clock::default(), 0);
+        let mut at = None;
+        let mut bodies: Vec<Option<usize>> = vec![None; self.layout.bodies.len()];
+        let mut last_session: Vec<u8> = Vec::new();
+        loop {
+            let more =
+                table.read_byte_record(&mut record).map_err(|error| syntax(self.file, &error))?;
+            if !more {
+                break;
+            }
+            count += 1;
+            if count <= self.text.rows as u64 {
+                continue;
+            }
+            let line = record.position().map_or(0, csv::Position::line);
+            let row = Row { file: self.file, line, header };
+            if record.len() != header.len() {
+                let problem = format!("the row has {} fields", record.len());
+                let expected = format!("{} fields, as the header has", header.len());
+                return Err(row.fault(usize::MAX, problem, &expected));
+            }
+            if count > MOST_ROWS {
+                return Err(row.fault(
+                    usize::MAX,
+                    "the file has too many rows".into(),
+                    "at most 20 million",
+                ));
+            }
+            // Another session begins with another value of its column.
+            let own = self.layout.session.map(|column| record.get(column).unwrap_or_default());
+            if at.is_none() || own.is_some_and(|own| own != last_session) {
+                last_session = own.unwrap_or_default().to_vec();
+                let name = match own {
+                    Some(own) => name(own, self.layout.session, &row)?,
+                    None => self.session.clone(),
+                };
+                at = Some(into.part(&name, &self.part));
+                bodies.iter_mut().for_each(|body| *body = None);
+            }
+            let Some(t) = self.time(&record, &row)? else {
+                into.drop_one("row without a time");
+                continue;
+            };
+            // A clock that starts again begins another session.
+            if self.layout.session.is_none() && self.text_clock() {
+                if clock.again(t) {
+                    into.note_reset(self.file, line);
+                    resets += 1;
+                    at = Some(into.part(&format!("{}-{}", self.session, resets + 1), &self.part));
+                    bodies.iter_mut().for_each(|body| *body = None);
+                }
+                clock.tick(t);
+            }
+            let Some(part) = at else { continue };
+            let source = &mut into.sources[self.source as usize];
+            source.rows += 1;
+            if source.times.len() < LOOK {
+                source.times.push(t);
+            }
+            self.signals(&record, &row, t, &mut into.parts[part])?;
+            let id = match self.layout.id {
+                Some(column) => {
+                    Some(name(record.get(column).unwrap_or_default(), Some(column), &row)?)
+                }
+                None => None,
+            };
+            for (index, body) in self.layout.bodies.iter().enumerate() {
+                let id = match (&*body.id, &id) {
+                    ("*", Some(id)) => {
+                        if into.mapping.ignores(id) {
+                            continue;
+                        }
+                        bodies[index] = None;
+                        id.as_str()
+                    }
+                    (id, _) => id,
+                };
+                let track = *bodies[index].get_or_insert_with(|| into.track(part, id));
+                let Some(sample) = self.sample(&record, &row, t, body, into)? else { continue };
+                if let Some(last) = into.parts[part].tracks[track].samples.last()
+                    && last.source == self.source
+                    && let Some(factor) = switched(&last.position, &sample.position)
+                {
+                    let problem =
+                        format!("the position of {id} is {factor} times that of its row before");
+                    return Err(row.fault(body.position[0], problem, "one unit in the whole file"));
+                }
+                into.parts[part].tracks[track].samples.push(sample);
+            }
+            if let (Some(kind), Some(id)) = (self.layout.kind, &id)
+                && !into.parts[part].kinds.contains_key(id)
+            {
+                let kind = name(record.get(kind).unwrap_or_default(), Some(kind), &row)?;
+                into.parts[part].kinds.insert(id.clone(), kind);
+            }
+            if self.referred {
+                let short = self.file.rsplit('/').next().unwrap_or(self.file);
+                let rows = &mut into.parts[part].row_times;
+                match rows.iter_mut().find(|(file, _)| file == short) {
+                    Some((_, times)) => times.push(t),
+                    None => rows.push((short.to_owned(), vec![t])),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn time(&self, record: &ByteRecord, row: &Row<'_>) -> Result<Option<f64>, InputFault> {
+        match &*self.layout.time {
+            [] => number(record, 0, self.text.comma, row),
+            [(column, _)] => number(record, *column, self.text.comma, row),
+            several => {
+                let mut sum = 0.0;
+                for (column, unit) in several {
+                    let scale = unit.map_or(1.0, TimeUnit::seconds);
+                    match number(record, *column, self.text.comma, row)? {
+                        Some(value) => sum += value * scale,
+                        None => return Ok(None),
+                    }
+                }
+                Ok(Some(sum))
+            }
+        }
+    }
+
+    fn signals(
+        &self,
+        record: &ByteRecord,
+        row: &Row<'_>,
+        t: f64,
+        part: &mut Part,
+    ) -> Result<(), InputFault> {
+        let comma = self.text.comma;
+        if let Some(column) = self.layout.width
+            && let Some(value) = number(record, column, comma, row)?
+        {
+            part.width.push((t, value));
+            part.signal_source = Some(self.source);
+        }
+        if let Some(column) = self.layout.grasp
+            && let Some(value) = flag(record, column, comma, row)?
+        {
+            part.grasp.push((t, value));
+            part.signal_source = Some(self.source);
+        }
+        for (object, column) in &self.layout.contacts {
+            let Some(value) = flag(record, *column, comma, row)? else { continue };
+            let object = match (object.is_empty(), self.layout.id) {
+                (true, Some(id)) => {
+                    String::from_utf8_lossy(record.get(id).unwrap_or_default()).into_owned()
+                }
+                _ => object.clone(),
+            };
+            part.contacts.entry(object).or_default().push((t, value));
+            part.signal_source = Some(self.source);
+        }
+        Ok(())
+    }
+
+    fn sample(
+        &self,
+        record: &ByteRecord,
+        row: &Row<'_>,
+        t: f64,
+        body: &Body,
+        into: &mut Streams,
+    ) -> Result<Option<Sample>, InputFault> {
+        let comma = self.text.comma;
+        let mut position = [0.0; 3];
+        for (value, column) in position.iter_mut().zip(body.position) {
+            match number(record, column, comma, row)? {
+                Some(found) => *value = found,
+                None => return Ok(None),
+            }
+        }
+        let read = |columns: &[usize], values: &mut [f64]| -> Result<bool, InputFault> {
+            for (value, column) in values.iter_mut().zip(columns) {
+                match number(record, *column, comma, row)? {
+                    Some(found) => *value = found,
+                    None => return Ok(false),
+                }
+            }
+            Ok(true)
+        };
+        let orientation = match &body.turn {
+            Turn::None => Sample::UNSEEN,
+            Turn::Quaternion(columns) => {
+                let mut q = [0.0; 4];
+                match read(columns, &mut q)? {
+                    false => Sample::UNSEEN,
+                    true => {
+                        let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
+                        if norm < 1e-6 {
+                            into.drop_one("pose whose quaternion is zero");
+                            return Ok(None);
+                        }
+                        if !(0.9..1.1).contains(&norm) {
+                            let problem = format!("the quaternion has the norm {norm:.3}");
+                            return Err(row.fault(
+                                columns[0],
+                                problem,
+                                "a unit quaternion: are these its columns?",
+                            ));
+                        }
+                        q.map(|v| v / norm)
+                    }
+                }
+            }
+            Turn::Three(columns, rotation) => {
+                let mut v = [0.0; 3];
+                match read(columns, &mut v)? {
+                    false => Sample::UNSEEN,
+                    true => {
+                        let scale =
+                            if self.angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
+                        let [a, b, c] = v.map(|v| v * scale);
+                        quaternion_array(&match rotation {
+                            Rotation::Euler => UnitQuaternion::from_euler_angles(a, b, c),
+                            Rotation::Vector => {
+                                UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c))
+                            }
+                        })
+                    }
+                }
+            }
+            Turn::Matrix(columns) => {
+                let mut m = [0.0; 9];
+                match read(columns, &mut m)? {
+                    false => Sample::UNSEEN,
+                    true => {
+                        let matrix = Matrix3::from_row_slice(&m);
+                        if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
+                            && matrix.determinant() > 0.0)
+                        {
+                            let problem = "the nine numbers are not a rotation".to_owned();
+                            return Err(row.fault(
+                                columns[0],
+                                problem,
+                                "a rotation matrix by rows",
+                            ));
+                        }
+                        quaternion_array(&UnitQuaternion::from_rotation_matrix(
+                            &Rotation3::from_matrix_unchecked(matrix),
+                        ))
+                    }
+                }
+            }
+        };
+        let extent = &mut into.sources[self.source as usize].extent;
+        for value in position {
+            *extent = [extent[0].min(value), extent[1].max(value)];
+        }
+        Ok(Some(Sample { t, position, orientation, source: self.source }))
+    }
+}
+
+/// Returns the factor of another unit of length by which all coordinates changed at once.
+fn switched(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
+    let clear = |v: &f64| v.abs() > 0.02;
+    if before.iter().filter(|v| clear(v)).count() < 2 {
+        return None;
+    }
+    [1000.0, 100.0, 0.001, 0.01].into_iter().find(|factor| {
+        let pairs = before.iter().zip(after).filter(|(before, _)| clear(before));
+        pairs.into_iter().all(|(before, after)| (after / before / factor - 1.0).abs() < 0.25)
+    })
+}
+
+/// Returns a name that a cell gives.
+fn name(cell: &[u8], column: Option<usize>, row: &Row<'_>) -> Result<String, InputFault> {
+    let text = String::from_utf8_lossy(cell.trim_ascii());
+    let length = text.chars().count();
+    if length == 0 || length > MAX_NAME {
+        let problem = format!("the name has {length} characters");
+        return Err(row.fault(column.unwrap_or(usize::MAX), problem, "1 to 200 characters"));
+    }
+    Ok(text.into_owned())
+}

@@ -1,0 +1,108 @@
+//! `symbolt import`: its report, mappings, pages, and what it refuses.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn run(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let mut program = Command::cargo_bin("symbolt").expect("the program was built");
+    let output = program.current_dir(folder).args(args).output().expect("it starts");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+}
+
+/// A log in which a cup is carried between 4 and 6 s.
+fn log(id: &str) -> String {
+    let mut text = "time,body,x_mm,y_mm,z_mm,grasped\n".to_owned();
+    for tick in 0..200 {
+        let t = f64::from(tick) * 0.05;
+        let u = ((t - 4.0) / 2.0).clamp(0.0, 1.0);
+        let held = u8::from((4.0..=6.0).contains(&t));
+        text +=
+            &format!("{t:.2},{id},{:.2},100,{:.2},{held}\n", 500.0 + 300.0 * u, 20.0 + 100.0 * u);
+    }
+    text
+}
+
+#[test]
+fn an_import_writes_a_recording_that_check_takes_and_a_page() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("a.csv"), log("cup_1")).expect("written");
+    std::fs::write(at.join("b.csv"), log("cup_1")).expect("written");
+    let (code, out, err) =
+        run(at, &["import", "*.csv", "--out", "r.jsonl", "--page", "p.html", "--json", "--quiet"]);
+    assert_eq!(code, 0, "{err}");
+    let found: Value = serde_json::from_str(&out).expect("one JSON object");
+    assert_eq!((&found["demonstrations"], &found["snapshots"]), (&2.into(), &8.into()));
+    let events: Vec<&str> = (found["events"].as_array().expect("a list").iter())
+        .map(|event| event["event"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(events, ["contact", "release", "contact", "release"]);
+    for key in ["sessions", "objects", "guesses", "left_out", "unused", "mapping"] {
+        assert!(!found[key].is_null(), "{key}");
+    }
+    assert_eq!(run(at, &["check", "r.jsonl"]).0, 0);
+    let page = std::fs::read_to_string(at.join("p.html")).expect("a page");
+    assert!(page.contains("cup_1") && !page.contains("{{"));
+    // What exists is kept.
+    let (code, _, err) = run(at, &["import", "a.csv", "--out", "r.jsonl"]);
+    assert!(code == 2 && err.contains("--force"), "{err}");
+}
+
+#[test]
+fn a_dry_run_prints_a_mapping_that_reads_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("a.csv"), log("cup_1")).expect("written");
+    let (code, out, _) = run(at, &["import", "a.csv", "--dry-run", "--kind", "cup*=mug"]);
+    assert_eq!(code, 0);
+    let mapping = &out[out.find("\n{\n").expect("a mapping")..];
+    std::fs::write(at.join("m.json"), mapping).expect("written");
+    let (_, one, err) = run(at, &["import", "a.csv", "--map", "m.json", "--out", "-"]);
+    let (_, other, _) = run(at, &["import", "a.csv", "--kind", "cup*=mug", "--out", "-"]);
+    assert!(!one.is_empty() && one.contains("\"kind\":\"mug\""), "{one} {err}");
+    assert_eq!(one, other);
+}
+
+#[test]
+fn a_name_with_escape_codes_does_not_reach_the_terminal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a.csv"), log("cup\u{1b}[31m_1")).expect("written");
+    let (code, out, err) = run(folder.path(), &["import", "a.csv"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("cup") && !out.contains('\u{1b}') && !err.contains('\u{1b}'), "{out:?}");
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_with_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("a.csv"), log("cup_1").replacen("500.00", "five", 1)).expect("written");
+    std::fs::write(
+        at.join("m.json"),
+        "{\"format\": \"symbolt-import\", \"version\": 1, \"unit\": \"mm\"}",
+    )
+    .expect("written");
+    for (args, said) in [
+        (
+            &["import", "a.csv"][..],
+            "a.csv, line 2, field `x_mm`: it is `five`; expected a number, or an empty cell",
+        ),
+        (&["import", "no.csv"], "cannot read no.csv"),
+        (&["import", "*.log"], "no file fits"),
+        (&["import", "a.csv", "--map", "m.json"], "m.json, line 1: unknown field `unit`"),
+        (&["import", "a.csv", "--length", "km"], "expected one of m, mm, cm, inch"),
+        (
+            &["import", "a.csv", "--id", "nobody"],
+            "field `nobody`: there is no such column; expected one of: time, body",
+        ),
+        (&["import", "a.csv", "--kind", "cup"], "--kind cup: must be ID=KIND"),
+        (&["import", "a.csv", "--gap", "-1"], "--gap -1: must be more than 0 seconds"),
+    ] {
+        let (code, _, err) = run(at, args);
+        assert_eq!(code, 2, "{args:?}: {err}");
+        assert!(err.contains(said), "{args:?} says {err}");
+    }
+}

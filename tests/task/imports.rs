@@ -1,0 +1,300 @@
+//! Recordings from logs: events of noisy streams, what is learned from them, units and axes, and what is refused.
+
+use proptest::prelude::*;
+use symbolt::sim::Seed;
+use symbolt::task::import::{Imported, Mapping, Streams};
+use symbolt::task::learn::{Settings, learn};
+use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
+use symbolt::task::{InputFault, Recording, SnapshotEvent};
+
+use crate::streams::{Sampling, Shown, Truth, log};
+
+fn recording(seed: u64) -> Recording {
+    let demonstrations = SyntheticDemonstrations {
+        demos: 4,
+        nuts: 2,
+        bolts: 2,
+        order: Order::Either,
+        fail_rate: 0.0,
+        loss_rate: 0.0,
+        knock_rate: 0.0,
+        events: true,
+    };
+    demonstrations.record(Seed::new(seed)).expect("it is recorded").recording
+}
+
+fn import(mapping: &str, files: &[(&str, &str)]) -> Result<Imported, InputFault> {
+    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
+    let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "map.json")?);
+    for (name, text) in files {
+        streams.add_csv(name, text.as_bytes())?;
+    }
+    Ok(streams.finish()?.import())
+}
+
+/// Counts the events that are found within 0.1 s, those that are not, and those that are found and are not there.
+fn score(found: &Imported, truth: &[Truth]) -> [usize; 3] {
+    let mut left: Vec<_> =
+        (found.moments.iter()).map(|m| (m.session, m.event, m.object.to_string(), m.t)).collect();
+    let mut hits = 0;
+    for (demo, event, id, t) in truth {
+        let same = |m: &(usize, SnapshotEvent, String, f64)| {
+            (m.0, m.1, &m.2) == (*demo, *event, id) && (m.3 - t).abs() <= 0.1
+        };
+        if let Some(at) = left.iter().position(same) {
+            left.remove(at);
+            hits += 1;
+        }
+    }
+    [hits, truth.len() - hits, left.len()]
+}
+
+#[test]
+fn events_of_noisy_streams_are_found_within_a_tenth_of_a_second() {
+    for shown in [Shown::Width, Shown::Flag, Shown::Hand, Shown::Nothing] {
+        let mut sum = [0; 3];
+        for (seed, (rate_hz, noise_m)) in
+            [(20.0, 1e-3), (30.0, 3e-3), (90.0, 2e-3)].into_iter().enumerate()
+        {
+            let sampling = Sampling { rate_hz, noise_m, noise_deg: 1.0, lost: 0.03, shown };
+            let (text, truth) = log(&recording(seed as u64), &sampling, seed as u64);
+            assert_eq!(truth.len(), 24, "{shown:?}");
+            let found = import("", &[("log.csv", &text)]).expect("it is imported");
+            let own = score(&found, &truth);
+            sum = [0, 1, 2].map(|i| sum[i] + own[i]);
+        }
+        let [hits, missed, extra] = sum;
+        assert!(
+            missed <= 2 && extra <= 2,
+            "{shown:?}: {hits} found, {missed} missed, {extra} extra"
+        );
+    }
+    // A wrong truth is not found.
+    let sampling =
+        Sampling { rate_hz: 30.0, noise_m: 1e-3, noise_deg: 1.0, lost: 0.0, shown: Shown::Flag };
+    let (text, mut truth) = log(&recording(1), &sampling, 1);
+    truth.iter_mut().for_each(|event| event.3 += 0.2);
+    let found = import("", &[("log.csv", &text)]).expect("it is imported");
+    assert_eq!(score(&found, &truth)[0], 0);
+}
+
+#[test]
+fn what_is_learned_from_a_stream_is_what_is_learned_from_the_recording() {
+    // Which of two frames explains poses better, the learner decides by fractions of a millimetre; names follow frames.
+    let learned = |recording: &Recording| {
+        let domain = learn(recording, &Settings::default()).expect("it is learned").domain;
+        let mut kinds: Vec<String> = domain.states.iter().map(|s| s.kind.to_string()).collect();
+        kinds.sort();
+        let mut moved: Vec<String> =
+            domain.operators.iter().map(|o| domain.states[o.to].kind.to_string()).collect();
+        moved.sort();
+        (kinds, moved)
+    };
+    let exact = recording(3);
+    let sampling =
+        Sampling { rate_hz: 60.0, noise_m: 1e-4, noise_deg: 0.05, lost: 0.02, shown: Shown::Width };
+    let (text, _) = log(&exact, &sampling, 3);
+    let found = import("", &[("log.csv", &text)]).expect("it is imported");
+    assert_eq!(learned(&found.recording), learned(&exact));
+}
+
+/// A cup that is carried 0.3 m along x and 0.1 m up, and a shelf, as rows of the long form: time, id, x, y, z.
+fn cup(write: impl Fn(f64, &str, [f64; 3]) -> String) -> String {
+    let mut text = String::new();
+    for tick in 0..200 {
+        let t = f64::from(tick) * 0.05;
+        let u = ((t - 4.0) / 2.0).clamp(0.0, 1.0);
+        text += &write(t, "cup_1", [0.5 + 0.3 * u, 0.1, 0.02 + 0.1 * u]);
+        text += &write(t, "shelf", [0.9, 0.4, 0.3]);
+    }
+    text
+}
+
+fn plain(t: f64, id: &str, [x, y, z]: [f64; 3]) -> String {
+    format!("{t:.2},{id},{x:.4},{y:.4},{z:.4}\n")
+}
+
+/// The ends of the carry of the cup.
+fn ends(found: &Imported) -> ([f64; 3], [f64; 3]) {
+    let [one, other] = &found.moments[..] else { panic!("two events, not {:?}", found.moments) };
+    assert!((one.t - 4.0).abs() < 0.1 && (other.t - 6.0).abs() < 0.1, "{one:?} {other:?}");
+    (one.position, other.position)
+}
+
+fn near(found: ([f64; 3], [f64; 3]), expected: ([f64; 3], [f64; 3])) {
+    let pairs = found.0.iter().chain(&found.1).zip(expected.0.iter().chain(&expected.1));
+    assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-3), "{found:?} {expected:?}");
+}
+
+const CARRIED: ([f64; 3], [f64; 3]) = ([0.5, 0.1, 0.02], [0.8, 0.1, 0.12]);
+
+#[test]
+fn units_delimiters_axes_and_frames_are_applied() {
+    let long = "time,id,x,y,z\n".to_owned() + &cup(plain);
+    near(ends(&import("", &[("a.csv", &long)]).expect("imported")), CARRIED);
+    let marked = format!("\u{feff}# a comment\n{long}");
+    near(ends(&import("", &[("a.csv", &marked)]).expect("imported")), CARRIED);
+    // Millimetres, milliseconds, semicolons and decimal commas.
+    let comma = "time;id;x;y;z\n".to_owned()
+        + &cup(|t, id, at| {
+            let [x, y, z] = at.map(|v| format!("{:.2}", v * 1e3).replace('.', ","));
+            format!("{:.0};{id};{x};{y};{z}\n", t * 1e3)
+        });
+    let found = import("", &[("a.csv", &comma)]).expect("imported");
+    near(ends(&found), CARRIED);
+    assert!(
+        found.guesses.iter().any(|g| g.what == "length" && g.value == "mm"),
+        "{:?}",
+        found.guesses
+    );
+    // The y axis up, left-handed, in centimetres: x stays, z of the log is y.
+    let turned = "time,id,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| plain(t, id, [x * 100.0, z * 100.0, y * 100.0]));
+    let mapping = r#", "length": "cm", "up": "y", "handed": "left""#;
+    near(ends(&import(mapping, &[("a.csv", &turned)]).expect("imported")), CARRIED);
+    // A camera at (1, 2, 3), turned by half a turn about z.
+    let seen = "time,id,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| plain(t, id, [1.0 - x, 2.0 - y, z - 3.0]));
+    let mapping = r#", "frame": {"position": [1, 2, 3], "orientation": [0, 0, 1, 0]}"#;
+    near(ends(&import(mapping, &[("a.csv", &seen)]).expect("imported")), CARRIED);
+}
+
+#[test]
+fn a_wide_table_and_sessions_of_a_clock_that_starts_again_are_read() {
+    let rows: Vec<String> = {
+        let long = cup(plain);
+        let lines: Vec<&str> = long.lines().collect();
+        let numbers = |line: &str| line.split(',').skip(2).collect::<Vec<_>>().join(",");
+        lines
+            .chunks(2)
+            .map(|two| {
+                let t = two[0].split(',').next().unwrap_or_default();
+                format!("{t},{},{}\n", numbers(two[0]), numbers(two[1]))
+            })
+            .collect()
+    };
+    let header =
+        "stamp,cup_1.position.x,cup_1.position.y,cup_1.position.z,shelf.x,shelf.y,shelf.z\n";
+    let wide = header.to_owned() + &rows.concat();
+    near(ends(&import("", &[("a.csv", &wide)]).expect("imported")), CARRIED);
+    let twice = header.to_owned() + &rows.concat() + &rows.concat();
+    let found = import("", &[("a.csv", &twice)]).expect("imported");
+    assert_eq!((found.recording.demos.len(), found.moments.len()), (2, 4));
+    // Two rows of names, joined by a dot.
+    let double = "body,cup_1,cup_1,cup_1\ntime,x,y,z\n".to_owned()
+        + &rows
+            .iter()
+            .map(|row| row.split(',').take(4).collect::<Vec<_>>().join(",") + "\n")
+            .collect::<String>();
+    let mapping = r#", "tables": [{"header_rows": 2, "time": "body.time"}]"#;
+    near(ends(&import(mapping, &[("a.csv", &double)]).expect("imported")), CARRIED);
+}
+
+#[test]
+fn the_carried_part_is_the_one_that_moves_with_the_hand() {
+    // A tray with a cup on it: both move; the hand is at the cup.
+    let log = |hand: [f64; 3]| {
+        let mut text = "time,id,x,y,z,qx,qy,qz,qw\n".to_owned();
+        for tick in 0..200 {
+            let t = f64::from(tick) * 0.05;
+            let u = ((t - 4.0) / 2.0).clamp(0.0, 1.0) * 0.3;
+            let away = (4.0 - t).max(t - 6.3).max(0.0) * 0.1;
+            for (id, [x, y, z]) in [("tray", [0.4, 0.0, 0.0]), ("cup", [0.4, 0.1, 0.1])] {
+                text += &format!("{t:.2},{id},{:.4},{y:.4},{z:.4},0,0,0,1\n", x + u);
+            }
+            text += &format!(
+                "{t:.2},hand,{:.4},{:.4},{:.4},0,0,0,1\n",
+                hand[0] + u,
+                hand[1],
+                hand[2] + away
+            );
+        }
+        text
+    };
+    for (hand, object) in [([0.4, 0.1, 0.15], "cup"), ([0.4, -0.02, 0.02], "tray")] {
+        let found = import("", &[("a.csv", &log(hand))]).expect("imported");
+        let carried: Vec<&str> = found.moments.iter().map(|m| &*m.object).collect();
+        assert_eq!(carried, [object, object]);
+        assert_eq!(found.moments[0].with.len(), 1);
+    }
+}
+
+#[test]
+fn faults_name_the_file_the_line_and_the_column() {
+    let good = "time,id,x,y,z\n".to_owned() + &cup(plain);
+    let refused =
+        |text: &str| import("", &[("a.csv", text)]).expect_err("it is refused").to_string();
+    let cut = &good[..good.len() - 12];
+    assert!(refused(cut).starts_with("a.csv, line 401: the row has"), "{}", refused(cut));
+    let word = good.replacen("0.5000", "half", 1);
+    assert!(
+        refused(&word).starts_with("a.csv, line 2, field `x`: it is `half`"),
+        "{}",
+        refused(&word)
+    );
+    let switched =
+        good.replacen("5.00,cup_1,0.6500,0.1000,0.0700", "5.00,cup_1,650.0,100.0,70.0", 1);
+    assert_ne!(switched, good);
+    assert!(
+        refused(&switched).contains("line 202, field `x`: the position of cup_1 is 1000 times"),
+        "{}",
+        refused(&switched)
+    );
+    assert!(refused("a,b\n1,2\n").contains("there is no column of time"));
+    assert!(refused("time,b\n1,2\n").contains("no columns of a position are recognised"));
+    assert!(refused("").contains("it has no rows"));
+    let unit = "time,id,x,y,z\n".to_owned() + &cup(|t, id, at| plain(t, id, at.map(|v| v * 100.0)));
+    assert!(
+        refused(&unit).contains("tells no unit; expected --length m, mm, cm or inch"),
+        "{}",
+        refused(&unit)
+    );
+    let norm = "time,x,y,z,qx,qy,qz,qw\n0,1,1,1,1,1,0,0\n1,1,1,1,1,1,0,0\n";
+    assert!(
+        refused(norm).contains("line 2, field `qx`: the quaternion has the norm 1.414"),
+        "{}",
+        refused(norm)
+    );
+    let mixed = import(
+        "",
+        &[
+            ("a.csv", &good),
+            (
+                "b.csv",
+                &("time,id,x,y,z\n".to_owned()
+                    + &cup(|t, id, at| plain(t, id, at.map(|v| v * 1e3)))),
+            ),
+        ],
+    );
+    let mixed = mixed.expect_err("it is refused").to_string();
+    assert!(
+        mixed.contains("b.csv: its greatest coordinate is 900, that of a.csv is 9.9")
+            || mixed.contains("one unit in all files"),
+        "{mixed}"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_log_makes_the_import_panic(edits in prop::collection::vec((0usize..6000, any::<u8>()), 1..20), cut in 100usize..6000) {
+        let text = "time,id,x,y,z,qx,qy,qz,qw,width,grasped\n".to_owned()
+            + &cup(|t, id, [x, y, z]| format!("{t:.2},{id},{x:.4},{y:.4},{z:.4},0,0,0,1,{z},1\n"));
+        let mut bytes = text.into_bytes();
+        bytes.truncate(cut);
+        for (at, byte) in edits {
+            let length = bytes.len();
+            bytes[at % length] = byte;
+        }
+        let mut streams = Streams::new(Mapping::unknown());
+        if streams.add_csv("a.csv", &bytes).is_ok() && let Ok(log) = streams.finish() {
+            let found = log.import();
+            // What is imported can be read again.
+            let text = found.recording.to_jsonl(None).expect("it is written");
+            if found.recording.snapshot_count() > 0 {
+                prop_assert!(Recording::parse(text.as_bytes(), "a.jsonl").is_ok());
+            }
+        }
+    }
+}
