@@ -18,6 +18,7 @@ mod adl;
 mod alternatives;
 mod attempts;
 mod attributes;
+mod both_searches;
 mod catalogue;
 mod doubt;
 mod events;

@@ -14,6 +14,7 @@ use symbolt::task::import::{
 };
 use symbolt::task::{Recording, TaskError};
 
+use super::check::doubted;
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile, number};
 use super::output::{Place, Progress, answer, answer_unless_quiet, use_threads};
@@ -237,26 +238,22 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     progress.show("finding events".into());
     let imported = streams.finish().map_err(TaskError::from)?.import();
     drop(progress);
+    let doubts = doubted(&imported.recording);
+    let json = || tables::json(&imported, &doubts);
     if args.dry_run {
         let mapping = imported.mapping.to_json()?;
-        return answer(
-            &args.common,
-            || tables::json(&imported),
-            || tables::text(&imported) + "\n" + &mapping,
-        );
+        return answer(&args.common, json, || tables::text(&imported) + "\n" + &mapping);
     }
     if !matches!(page, Place::Default) {
         page.write(import_page(&imported))?;
     }
     match &out {
-        Place::Default => {
-            answer(&args.common, || tables::json(&imported), || tables::text(&imported))
-        }
+        Place::Default => answer(&args.common, json, || tables::text(&imported)),
         Place::Stdout => out.write(recording(&imported)?),
         Place::File(path, _) => {
             out.write(recording(&imported)?)?;
             let wrote = || format!("{}\nWrote {}", tables::text(&imported), path.display());
-            answer_unless_quiet(&args.common, || tables::json(&imported), wrote)
+            answer_unless_quiet(&args.common, json, wrote)
         }
     }
 }

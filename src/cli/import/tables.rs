@@ -1,6 +1,7 @@
 //! What was imported, in tables or as JSON.
 
 use serde_json::{Value, json};
+use symbolt::doubt::Doubt;
 use symbolt::task::SnapshotEvent;
 use symbolt::task::import::Imported;
 
@@ -119,7 +120,7 @@ pub(super) fn text(imported: &Imported) -> String {
     text
 }
 
-pub(super) fn json(imported: &Imported) -> Value {
+pub(super) fn json(imported: &Imported, doubts: &[Doubt]) -> Value {
     let session = |index: usize| imported.sessions[index].name.clone();
     let sessions = imported.sessions.iter().map(|session| {
         let spans: Vec<_> = session.parts.iter().filter_map(|part| part.span()).collect();
@@ -148,6 +149,7 @@ pub(super) fn json(imported: &Imported) -> Value {
         json!({"what": guess.what, "value": guess.value, "reason": guess.reason, "file": guess.file})
     });
     json!({
+        "warnings": doubts,
         "demonstrations": imported.recording.demos.len(),
         "snapshots": imported.recording.snapshot_count(),
         "rows": imported.rows,

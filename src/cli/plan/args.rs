@@ -31,6 +31,9 @@ pub(crate) struct PlanArgs {
     /// a warning
     #[arg(verbatim_doc_comment, long, conflicts_with = "scene")]
     pub as_instant: bool,
+    /// Count spikes and synaptic events of a plan in PDDL
+    #[arg(long)]
+    pub spikes: bool,
     /// State to reach [default: the goal of the demonstrations]
     #[arg(long, value_name = "STATE")]
     pub goal: Option<String>,

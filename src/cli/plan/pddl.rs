@@ -7,7 +7,9 @@ use anyhow::{Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
 use symbolt::plan::goal_sets::{Begun, Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
-use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, contents, validate};
+use symbolt::plan::strips::{
+    Bodies, Domain, GroundFault, Grounded, Problem, contents, shorten, validate,
+};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::task::classify::Classifier;
 use symbolt::task::planner::PlannerKind;
@@ -153,7 +155,11 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
         // Without actions the sum of floats is -0.
         course.plan().map(|operator| grounded.operators[operator].cost.value()).sum::<f64>() + 0.0
     });
-    let answer = Answer { problem: &grounded, course: &course, cost };
+    let done: Vec<usize> = course.plan().collect();
+    let short = checked.is_ok().then(|| shorten(&grounded, &done)).filter(|s| s.len() < done.len());
+    let short =
+        short.filter(|s| validate(&domain, &problem, grounded.steps(s.iter().copied())).is_ok());
+    let answer = Answer { problem: &grounded, course: &course, cost, short };
     let text = if args.common.json {
         let fault = checked.as_ref().err().map(ToString::to_string);
         answer.summary(fault, &args.planner.mode, warnings).to_string()
@@ -174,6 +180,7 @@ fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
         slots: args.slots,
         limit: args.limit()?,
         population: args.planner.mode.parse()?,
+        count_spikes: args.spikes,
         ..default
     })
 }
@@ -184,6 +191,8 @@ struct Answer<'p> {
     course: &'p Course,
     /// The cost of the plan, if the problem has costs.
     cost: Option<f64>,
+    /// The plan without its detours, if it has any.
+    short: Option<Vec<usize>>,
 }
 
 impl Answer<'_> {
@@ -211,6 +220,7 @@ impl Answer<'_> {
             "operators": self.problem.operators.len(),
             "units": course.units,
             "plan": self.problem.steps(course.plan()),
+            "without_detours": self.short.as_ref().map(|short| self.problem.steps(short.iter().copied())),
             "cost": self.cost,
             "valid": fault.is_none(),
             "fault": fault,
@@ -220,6 +230,8 @@ impl Answer<'_> {
             "goal_sets": course.goal_sets(),
             "dead_ends": course.dead_ends(),
             "starts": course.starts(),
+            "spikes": course.spikes.map(|c| c.spikes),
+            "synaptic_events": course.spikes.map(|c| c.synaptic_events),
             "warnings": warnings,
         })
     }
@@ -244,6 +256,25 @@ impl Answer<'_> {
         }
         if let Some(cost) = self.cost.filter(|_| course.reached) {
             let _ = writeln!(text, "Cost:    {cost}");
+        }
+        if let Some(counted) = course.spikes {
+            let each = |of: usize| counted.spikes / (of.max(1) as u64);
+            let _ = writeln!(
+                text,
+                "Spikes:  {}, {} a goal set or state, {} an action; {} synaptic events",
+                counted.spikes,
+                each(course.goal_sets()),
+                each(course.begun.len()),
+                counted.synaptic_events
+            );
+        }
+        if let Some(short) = &self.short {
+            let steps = self.problem.steps(short.iter().copied());
+            let count = counted(steps.len(), "action");
+            let _ = writeln!(text, "Without detours, which a program took out: {count}");
+            steps.iter().for_each(|step| {
+                let _ = writeln!(text, "            {step}");
+            });
         }
         text
     }

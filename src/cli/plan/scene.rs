@@ -21,6 +21,9 @@ use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
 pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome, Error> {
     args.planner.check()?;
     let limit = args.limit()?;
+    if args.spikes {
+        bail!(BadArgument("--spikes is for a problem in PDDL; leave it out".into()));
+    }
     if args.slots.is_some() {
         bail!(BadArgument("--slots is for a problem in PDDL; leave it out".into()));
     }

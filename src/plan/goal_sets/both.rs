@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::forward::{ForwardGraph, ForwardPorts, Progression, acting_phases as forward_acts};
 use super::graph::{GoalSetGraph, GoalSetPorts, acting_phases as backward_acts};
 use super::rules::Regression;
-use super::wiring::{Group, Wiring, each};
+use super::wiring::{Group, Reach, Wiring, each};
 use crate::sim::{In, Module, Out, Scope, Synapse, Vector};
 
 /// The directions in which a planner searches.
@@ -40,6 +40,8 @@ pub struct PlannerPorts {
     pub goal: In<Vector>,
     /// One number for each operator: 1 for the action to do.
     pub actions: Out<Vector>,
+    /// How many weights lead from each unit, by group.
+    pub(super) reach: Reach,
     /// The search backward, if there is one.
     pub backward: Option<GoalSetPorts>,
     /// The search forward, if there is one.
@@ -65,7 +67,7 @@ impl Module for PlannerGraph {
             scope.add("forward", cut("forward/").fold(graph, ForwardGraph::ablate))
         });
 
-        let w = &mut Wiring { scope, cut: &[] };
+        let w = &mut Wiring::new(scope, &[]);
         let ready = w.sum("ready", 1);
         let busy = w.sum("busy", 1);
         let holds = w.sum("holds", fluents);
@@ -113,7 +115,17 @@ impl Module for PlannerGraph {
             w.link(&backward_acts, asked_forward, [(0, 0, -1.5)]);
             w.link(&forward_acts, asked_backward, [(0, 0, -1.5)]);
         }
+        // Groups within a search are named by their paths.
+        let mut reach = w.reach();
+        for (name, inner) in [
+            ("backward", backward.as_ref().map(|ports| &ports.reach)),
+            ("forward", forward.as_ref().map(|ports| &ports.reach)),
+        ] {
+            let named = inner.into_iter().flatten();
+            reach.extend(named.map(|(group, counts)| (format!("{name}/{group}"), counts.clone())));
+        }
         PlannerPorts {
+            reach,
             ready: w.scope.input("ready", ready.input),
             busy: w.scope.input("busy", busy.input),
             holds: w.scope.input("holds", holds.input),

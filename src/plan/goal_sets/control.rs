@@ -56,7 +56,8 @@ impl Item for Phase {
     const COUNT: usize = Self::ALL.len();
 
     fn place(self) -> usize {
-        self as usize
+        let phase = self;
+        phase as usize
     }
 }
 
@@ -125,7 +126,8 @@ impl Item for Signal {
     const COUNT: usize = Self::ALL.len();
 
     fn place(self) -> usize {
-        self as usize
+        let signal = self;
+        signal as usize
     }
 }
 

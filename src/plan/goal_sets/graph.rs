@@ -9,7 +9,7 @@ use super::memory::memory;
 use super::motor::{Acting, act, load};
 use super::rules::Regression;
 use super::tree::Layout;
-use super::wiring::{Group, Wiring, each, gather};
+use super::wiring::{Group, Reach, Wiring, each, gather};
 use crate::sim::{In, Module, Out, Scope, Vector};
 
 /// The planner graph over a grounded problem: a [`Module`].
@@ -21,6 +21,8 @@ pub struct GoalSetGraph {
 
 /// Ports of a [`GoalSetGraph`].
 pub struct GoalSetPorts {
+    /// How many weights lead from each unit, by group.
+    pub(in crate::plan::goal_sets) reach: Reach,
     /// 1 while the goal is to be reached; 0 forgets it. One number.
     pub ready: In<Vector>,
     /// 1 while the shown action is carried out, however long it takes. One number.
@@ -88,7 +90,7 @@ impl Module for GoalSetGraph {
     fn expand(self, scope: &mut Scope<'_>) -> GoalSetPorts {
         let Self { rules, slots, ablated } = self;
         let fluents = rules.fluents;
-        let w = &mut Wiring { scope, cut: &ablated };
+        let w = &mut Wiring::new(scope, &ablated);
         let ready = w.sum("ready", 1);
         let busy = w.sum("busy", 1);
         let holds = w.sum("holds", fluents);
@@ -132,6 +134,7 @@ impl Module for GoalSetGraph {
             scope.input(name, group.input.clone())
         };
         GoalSetPorts {
+            reach: w.reach(),
             ready: input(w.scope, "ready", &ready),
             busy: input(w.scope, "busy", &busy),
             holds: input(w.scope, "holds", &holds),

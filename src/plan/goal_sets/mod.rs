@@ -19,6 +19,7 @@
 //! | `graph` | all parts of the search backward as one module |
 //! | `forward` | the search forward |
 //! | `both` | both searches as one planner |
+//! | `spikes` | spikes and synaptic events, counted |
 //! | `moments` | what the planner did when, read from its phases |
 //! | `world`, `plan` | a world by the rules of the problem; planning and acting in it |
 //! | `search` | the rules of the search backward without neurons |
@@ -65,6 +66,7 @@ mod plan;
 mod race;
 mod rules;
 mod search;
+mod spikes;
 mod synapses;
 mod tree;
 mod wiring;
@@ -80,4 +82,5 @@ pub(crate) use plan::check_units;
 pub use plan::{Course, GoalSetError, GoalSetSpec, MAX_UNITS, populations, pursue, slots};
 pub use rules::{Regressed, Regression};
 pub use search::{Found, costs, search};
+pub use spikes::SpikeCount;
 pub use world::{Begun, StripsWorld};

@@ -9,6 +9,7 @@ use super::both::{Directions, PlannerGraph};
 use super::forward::Progression;
 use super::moments::{Moment, Moments, Step};
 use super::rules::Regression;
+use super::spikes::{SpikeCount, SpikeCounter};
 use super::tree::Layout;
 use super::world::{Begun, StripsWorld};
 use crate::neurons::{PatternError, Population, PopulationPlan, Tuning};
@@ -38,6 +39,8 @@ pub struct GoalSetSpec {
     pub ablated: Vec<String>,
     /// The directions of the search.
     pub directions: Directions,
+    /// Whether spikes are counted. It takes about as long as the neurons themselves.
+    pub count_spikes: bool,
 }
 
 impl Default for GoalSetSpec {
@@ -48,6 +51,7 @@ impl Default for GoalSetSpec {
             population: Population::Direct,
             ablated: Vec::new(),
             directions: Directions::Both,
+            count_spikes: false,
         }
     }
 }
@@ -120,6 +124,8 @@ pub struct Course {
     pub units: usize,
     /// The directions in which it searched.
     pub directions: Directions,
+    /// The spikes, if they were counted.
+    pub spikes: Option<SpikeCount>,
 }
 
 impl Course {
@@ -199,6 +205,7 @@ pub fn pursue(
             moments: Vec::new(),
             units,
             directions,
+            spikes: None,
         });
     }
     let rules = Regression::new(problem);
@@ -253,12 +260,21 @@ pub fn pursue(
     }
     let plan = populations(&spec.population)?;
     let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
+    let mut counter = spec.count_spikes.then(|| SpikeCounter::new(&graph, &planner.reach));
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
         let step = (limit - ms).min(PERIOD_MS);
-        sim.run_for(SimDuration::from_millis(step))?;
+        match &mut counter {
+            Some(counter) => {
+                for _ in 0..step {
+                    sim.run_for(SimDuration::from_millis(1))?;
+                    counter.look(&sim);
+                }
+            }
+            None => sim.run_for(SimDuration::from_millis(step)).map(|_| ())?,
+        }
         for (moments, [phases, winner]) in &mut watched {
             let (phases, winner) = (sim.samples(phases), sim.samples(winner));
             let past = phases.len().saturating_sub(step as usize);
@@ -277,6 +293,7 @@ pub fn pursue(
         moments: watched.into_iter().flat_map(|(moments, _)| moments.all).collect(),
         units,
         directions,
+        spikes: counter.map(|counter| counter.count),
     })
 }
 

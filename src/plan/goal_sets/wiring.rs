@@ -1,5 +1,7 @@
 //! Groups of logical units, and the weighted links between them.
 
+use std::collections::BTreeMap;
+
 use crate::neurons::{Layers, Map, Select, SelectRule};
 use crate::sim::{
     Add, Constant, In, Module, Noise, Out, Real, Scope, SimDuration, Synapse, Vector,
@@ -76,10 +78,29 @@ impl Module for Population {
 pub(super) struct Wiring<'a, 's> {
     pub scope: &'a mut Scope<'s>,
     /// Groups without links to others.
-    pub cut: &'a [String],
+    cut: &'a [String],
+    reach: Reach,
 }
 
-impl Wiring<'_, '_> {
+/// How many weights lead from each item of each group, by the name of the group.
+pub(super) type Reach = BTreeMap<String, Vec<u32>>;
+
+impl<'a, 's> Wiring<'a, 's> {
+    /// Adds to a scope. Groups named in `cut` get no links to others.
+    pub fn new(scope: &'a mut Scope<'s>, cut: &'a [String]) -> Self {
+        Self { scope, cut, reach: Reach::new() }
+    }
+
+    /// Returns how many weights lead from each item.
+    pub fn reach(&mut self) -> Reach {
+        std::mem::take(&mut self.reach)
+    }
+
+    /// Returns whether the links from a group are cut.
+    pub fn is_cut(&self, group: &Group) -> bool {
+        self.cut.contains(&group.name)
+    }
+
     fn group(&mut self, name: &str, count: usize, units: Units) -> Group {
         let PopulationPorts { input, output } = self.scope.add(name, Population { count, units });
         Group { name: name.into(), count, input, out: output }
@@ -164,9 +185,12 @@ impl Wiring<'_, '_> {
         weights: impl IntoIterator<Item = Weight>,
         synapse: Synapse,
     ) {
-        if self.cut.contains(&from.name) {
+        if self.is_cut(from) {
             return;
         }
+        let weights: Vec<Weight> = weights.into_iter().collect();
+        let reach = self.reach.entry(from.name.clone()).or_insert_with(|| vec![0; from.count]);
+        weights.iter().for_each(|(item, ..)| reach[*item] += 1);
         let name = format!("{}_to_{}", from.name, to.name);
         let link = self.scope.add(&name, Linear::sparse(from.count, to.count, weights));
         self.scope.connect(&from.out, &link.input, Synapse::None);
@@ -185,7 +209,7 @@ impl Wiring<'_, '_> {
 ///
 /// The others are held down by the sum of the source, so that the weights are as many as the units.
 pub(super) fn replace(w: &mut Wiring<'_, '_>, from: &Group, to: &Group) {
-    if w.cut.contains(&from.name) {
+    if w.is_cut(from) {
         return;
     }
     let count = from.count;

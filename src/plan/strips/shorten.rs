@@ -100,8 +100,8 @@ fn jump(problem: &Grounded, plan: &mut Vec<usize>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Bodies, Domain, Problem};
     use super::*;
+    use crate::plan::strips::{Bodies, Domain, Problem};
 
     /// A ring of six rooms, a lamp that can be switched at any time, and a box that is carried from room a to room d.
     fn rooms() -> Grounded {

@@ -1,7 +1,7 @@
 //! The order of the phases of forward search.
 
-use super::super::machine::{Item, Machine, Timed, Transition, When};
-use super::super::wiring::{Group, Weight, Wiring};
+use crate::plan::goal_sets::machine::{Item, Machine, Timed, Transition, When};
+use crate::plan::goal_sets::wiring::{Group, Weight, Wiring};
 
 /// A phase. Exactly one is active while the search works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +62,8 @@ impl Item for Phase {
     const COUNT: usize = Self::ALL.len();
 
     fn place(self) -> usize {
-        self as usize
+        let phase = self;
+        phase as usize
     }
 }
 
@@ -138,7 +139,8 @@ impl Item for Signal {
     const COUNT: usize = Idle as usize + 1;
 
     fn place(self) -> usize {
-        self as usize
+        let signal = self;
+        signal as usize
     }
 }
 

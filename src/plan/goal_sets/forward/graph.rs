@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::super::motor::{Acting, act, load};
-use super::super::race::{Turns, impatience, race};
-use super::super::rules::Regression;
-use super::super::tree::Layout;
-use super::super::wiring::{Group, Weight, Wiring, each, gather, spread};
 use super::control::{Control, Phase, Signal};
 use super::memory::memory;
 use super::relaxed::relaxed;
 use crate::neurons::Map;
+use crate::plan::goal_sets::motor::{Acting, act, load};
+use crate::plan::goal_sets::race::{Turns, impatience, race};
+use crate::plan::goal_sets::rules::Regression;
+use crate::plan::goal_sets::tree::Layout;
+use crate::plan::goal_sets::wiring::{Group, Reach, Weight, Wiring, each, gather, spread};
 use crate::plan::strips::{GroundOperator, Grounded};
 use crate::sim::{In, Module, Out, Real, Scope, Synapse, Vector};
 
@@ -105,6 +105,8 @@ pub struct ForwardGraph {
 
 /// Ports of a [`ForwardGraph`].
 pub struct ForwardPorts {
+    /// How many weights lead from each unit, by group.
+    pub(in crate::plan::goal_sets) reach: Reach,
     /// 1 while the goal is to be reached; 0 forgets it. One number.
     pub ready: In<Vector>,
     /// 1 while the shown action is carried out, however long it takes. One number.
@@ -154,7 +156,7 @@ impl Module for ForwardGraph {
     fn expand(self, scope: &mut Scope<'_>) -> ForwardPorts {
         let Self { rules, slots, ablated } = self;
         let (fluents, operators) = (rules.fluents(), rules.operators());
-        let w = &mut Wiring { scope, cut: &ablated };
+        let w = &mut Wiring::new(scope, &ablated);
         let ready = w.sum("ready", 1);
         let busy = w.sum("busy", 1);
         let holds = w.sum("holds", fluents);
@@ -224,6 +226,7 @@ impl Module for ForwardGraph {
             scope.input(name, group.input.clone())
         };
         ForwardPorts {
+            reach: w.reach(),
             ready: input(w.scope, "ready", &ready),
             busy: input(w.scope, "busy", &busy),
             holds: input(w.scope, "holds", &holds),

@@ -1,9 +1,9 @@
 //! The tree of states; the way from the goal back to the first, and forth again.
 
-use super::super::tree::{Layout, Tree, Turns, Visited, gated};
-use super::super::wiring::{AND, Group, Wiring, each, gather, replace, spread};
 use super::control::{Phase, Signal};
 use super::graph::Progression;
+use crate::plan::goal_sets::tree::{Layout, Tree, Turns, Visited, gated};
+use crate::plan::goal_sets::wiring::{AND, Group, Wiring, each, gather, replace, spread};
 
 const fn at(phase: Phase) -> usize {
     phase as usize

@@ -1,8 +1,8 @@
 //! The relaxed plan: a wave from the state, the operators that reach each fluent first, and what the goals need of them.
 
-use super::super::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
 use super::control::{Phase, Signal};
 use super::graph::Progression;
+use crate::plan::goal_sets::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
 use crate::sim::Real;
 
 /// Weight that no number of active inputs outweighs.

@@ -79,6 +79,7 @@ impl Setup {
         let spec = GoalSetSpec {
             slots: Some(self.slots),
             directions: self.directions,
+            count_spikes: false,
             limit: SimDuration::from_millis(self.limit_ms),
             population: self.population.clone(),
             ablated: ablated.iter().map(|group| (*group).to_owned()).collect(),

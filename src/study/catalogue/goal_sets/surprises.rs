@@ -154,6 +154,7 @@ mod tests {
             moments: Vec::new(),
             units: 1,
             directions: Directions::Backward,
+            spikes: None,
         };
         let named = |ms| {
             let hands = hands(made, &state_at(made, &course, ms));

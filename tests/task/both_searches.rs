@@ -1,0 +1,108 @@
+//! The planner that searches backward and forward at once: what one search does not solve, the other does.
+
+#![allow(clippy::expect_used)]
+
+use symbolt::neurons::{LifSpec, Population};
+use symbolt::plan::goal_sets::{Course, Directions, GoalSetSpec, StripsWorld, pursue};
+use symbolt::plan::strips::{Bodies, Domain, Grounded, Problem, shorten, validate};
+use symbolt::prelude::*;
+
+/// Vans with room for so many crates carry them between yards. Regression meets vans with more room than they have.
+const VANS: &str = "(define (domain vans) (:requirements :typing)
+    (:types van crate yard room)
+    (:predicates (van-at ?v - van ?y - yard) (crate-at ?c - crate ?y - yard) (inside ?c - crate ?v - van)
+        (way ?a ?b - yard) (free ?v - van ?r - room) (less ?r ?s - room))
+    (:action roll :parameters (?v - van ?a ?b - yard)
+        :precondition (and (van-at ?v ?a) (way ?a ?b)) :effect (and (not (van-at ?v ?a)) (van-at ?v ?b)))
+    (:action fetch :parameters (?v - van ?y - yard ?c - crate ?r ?s - room)
+        :precondition (and (van-at ?v ?y) (crate-at ?c ?y) (less ?r ?s) (free ?v ?s))
+        :effect (and (not (crate-at ?c ?y)) (inside ?c ?v) (free ?v ?r) (not (free ?v ?s))))
+    (:action leave :parameters (?v - van ?y - yard ?c - crate ?r ?s - room)
+        :precondition (and (van-at ?v ?y) (inside ?c ?v) (less ?r ?s) (free ?v ?r))
+        :effect (and (not (inside ?c ?v)) (crate-at ?c ?y) (free ?v ?s) (not (free ?v ?r)))))";
+
+const THREE_CRATES: &str = "(define (problem three) (:domain vans)
+    (:objects v w - van a b c - crate p q r s t - yard r0 r1 r2 - room)
+    (:init (less r0 r1) (less r1 r2) (free v r1) (free w r2) (van-at v p) (van-at w t)
+        (way p q) (way q p) (way q r) (way r q) (way r s) (way s r) (way s t) (way t s)
+        (crate-at a p) (crate-at b r) (crate-at c s))
+    (:goal (and (crate-at a t) (crate-at b p) (crate-at c q))))";
+
+/// A painter walks on tiles that are not wet, and paints the tile before or behind. Forward search paints itself in.
+fn tiles(columns: usize, rows: usize) -> (String, String) {
+    let domain = "(define (domain tiles) (:requirements :typing)
+        (:types tile)
+        (:predicates (on ?t - tile) (dry ?t - tile) (wet ?t - tile) (above ?a ?b - tile) (beside ?a ?b - tile))
+        (:action up :parameters (?a ?b - tile) :precondition (and (on ?a) (above ?b ?a) (dry ?b))
+            :effect (and (not (on ?a)) (on ?b) (dry ?a) (not (dry ?b))))
+        (:action down :parameters (?a ?b - tile) :precondition (and (on ?a) (above ?a ?b) (dry ?b))
+            :effect (and (not (on ?a)) (on ?b) (dry ?a) (not (dry ?b))))
+        (:action aside :parameters (?a ?b - tile) :precondition (and (on ?a) (beside ?a ?b) (dry ?b))
+            :effect (and (not (on ?a)) (on ?b) (dry ?a) (not (dry ?b))))
+        (:action paint-up :parameters (?a ?b - tile) :precondition (and (on ?a) (above ?b ?a) (dry ?b))
+            :effect (and (wet ?b) (not (dry ?b))))
+        (:action paint-down :parameters (?a ?b - tile) :precondition (and (on ?a) (above ?a ?b) (dry ?b))
+            :effect (and (wet ?b) (not (dry ?b)))))";
+    let tile = |x: usize, y: usize| format!("t{x}-{y}");
+    let (mut facts, mut goal, mut all) = (String::new(), String::new(), String::new());
+    for x in 0..columns {
+        for y in 0..rows {
+            all += &format!("{} ", tile(x, y));
+            if y + 1 < rows {
+                facts += &format!("(above {} {})", tile(x, y + 1), tile(x, y));
+            }
+            if x + 1 < columns {
+                let [a, b] = [tile(x, y), tile(x + 1, y)];
+                facts += &format!("(beside {a} {b})(beside {b} {a})");
+            }
+            if (x, y) != (0, 0) {
+                facts += &format!("(dry {})", tile(x, y));
+            }
+            if y > 0 {
+                goal += &format!("(wet {})", tile(x, y));
+            }
+        }
+    }
+    let problem = format!(
+        "(define (problem p) (:domain tiles) (:objects {all} - tile) (:init (on t0-0) {facts}) (:goal (and {goal})))"
+    );
+    (domain.into(), problem)
+}
+
+/// Plans and acts, and returns what was done; its plan is checked by the action schemas.
+fn run(
+    domain: &str,
+    problem: &str,
+    directions: Directions,
+    spikes: bool,
+    limit_s: u64,
+) -> (Grounded, Course, bool) {
+    let domain = Domain::parse(domain.as_bytes(), "domain", Bodies::Read).expect("a domain");
+    let problem = Problem::parse(problem.as_bytes(), "problem", &domain).expect("a problem");
+    let grounded = Grounded::new(&domain, &problem).expect("a small problem");
+    let population = if spikes { Population::Lif(LifSpec::default()) } else { Population::Direct };
+    let limit = SimDuration::from_millis(1_000 * limit_s);
+    let spec = GoalSetSpec { directions, population, limit, ..GoalSetSpec::default() };
+    let world = StripsWorld::new(&grounded, SimDuration::from_millis(100));
+    let course = pursue(&grounded, world, &spec, Seed::new(1)).expect("a run");
+    assert!(course.begun.iter().all(|b| b.met), "an action began before its preconditions held");
+    let valid = validate(&domain, &problem, grounded.steps(course.plan())).is_ok();
+    (grounded, course, valid)
+}
+
+#[test]
+fn zz() {
+    let (d, p) = tiles(4, 4);
+    for (name, d, p) in [("vans", VANS, THREE_CRATES), ("tiles", &d, &p)] {
+        for directions in [Directions::Backward, Directions::Forward, Directions::Both] {
+            let (g, c, v) = run(d, p, directions, false, 20);
+            let plan: Vec<usize> = c.plan().collect();
+            println!(
+                "ZZ {name} {directions:?} {v} {} ms {} actions, short {}",
+                c.ms,
+                plan.len(),
+                shorten(&g, &plan).len()
+            );
+        }
+    }
+}
