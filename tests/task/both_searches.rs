@@ -91,18 +91,51 @@ fn run(
 }
 
 #[test]
-fn zz() {
-    let (d, p) = tiles(4, 4);
-    for (name, d, p) in [("vans", VANS, THREE_CRATES), ("tiles", &d, &p)] {
-        for directions in [Directions::Backward, Directions::Forward, Directions::Both] {
-            let (g, c, v) = run(d, p, directions, false, 20);
-            let plan: Vec<usize> = c.plan().collect();
-            println!(
-                "ZZ {name} {directions:?} {v} {} ms {} actions, short {}",
-                c.ms,
-                plan.len(),
-                shorten(&g, &plan).len()
-            );
-        }
+fn a_load_that_misleads_the_search_backward_is_carried_by_the_search_forward() {
+    let (.., backward) = run(VANS, THREE_CRATES, Directions::Backward, false, 12);
+    assert!(!backward, "the wrong variant finds a plan as well");
+    let (grounded, course, valid) = run(VANS, THREE_CRATES, Directions::Both, false, 20);
+    assert!(valid && course.reached, "{course:?}");
+    let plan: Vec<usize> = course.plan().collect();
+    let short = shorten(&grounded, &plan);
+    // The shortest plan has 6 actions of loading and 4 ways with each van at least.
+    assert!(
+        (14..=24).contains(&short.len()) && short.len() < plan.len(),
+        "{} {}",
+        plan.len(),
+        short.len()
+    );
+}
+
+#[test]
+fn a_wall_that_forward_search_paints_itself_into_is_painted_backward() {
+    let (domain, problem) = tiles(4, 4);
+    let (.., forward) = run(&domain, &problem, Directions::Forward, false, 15);
+    assert!(!forward, "the wrong variant finds a plan as well");
+    let (_, course, valid) = run(&domain, &problem, Directions::Both, false, 40);
+    assert!(valid && course.reached && course.plan().count() >= 12, "{course:?}");
+}
+
+#[test]
+fn each_search_plans_in_spikes_and_spikes_are_counted() {
+    let kitchen = include_str!("../fixtures/goal_sets/kitchen.pddl");
+    let tea = include_str!("../fixtures/goal_sets/tea.pddl");
+    for directions in [Directions::Backward, Directions::Forward, Directions::Both] {
+        let (_, course, valid) = run(kitchen, tea, directions, true, 4);
+        assert!(valid && course.begun.len() == 5 && course.spikes.is_none(), "{course:?}");
     }
+    let domain = Domain::parse(kitchen.as_bytes(), "kitchen", Bodies::Read).expect("a domain");
+    let problem = Problem::parse(tea.as_bytes(), "tea", &domain).expect("a problem");
+    let grounded = Grounded::new(&domain, &problem).expect("a small problem");
+    let counted = |population| {
+        let limit = SimDuration::from_millis(100);
+        let spec = GoalSetSpec { population, limit, count_spikes: true, ..GoalSetSpec::default() };
+        let world = StripsWorld::new(&grounded, SimDuration::from_millis(100));
+        pursue(&grounded, world, &spec, Seed::new(1)).expect("a run").spikes.expect("a count")
+    };
+    let spikes = counted(Population::Lif(LifSpec::default()));
+    // Some hundred of the two thousand units are active, with some 200 spikes a second in each neuron.
+    assert!((5_000..500_000).contains(&spikes.spikes), "{spikes:?}");
+    assert!(spikes.synaptic_events > spikes.spikes, "{spikes:?}");
+    assert_eq!(counted(Population::Direct).spikes, 0);
 }
