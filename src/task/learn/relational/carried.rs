@@ -15,7 +15,7 @@ const NUDGED: f64 = 0.2;
 const FLAT: f64 = 4.0;
 
 /// Returns the vertical coordinate, if objects lie all over a table when demonstrations begin.
-fn upright(recording: &Recording) -> Option<usize> {
+pub(super) fn upright(recording: &Recording) -> Option<usize> {
     let begun = recording.demos.iter().filter_map(|demo| demo.snapshots.first());
     let objects = begun.flat_map(|s| &s.objects);
     let width: [f64; 3] = std::array::from_fn(|i| {
@@ -25,7 +25,8 @@ fn upright(recording: &Recording) -> Option<usize> {
     (0..3).find(|i| (0..3).all(|j| j == *i || FLAT * width[*i] < width[j]))
 }
 
-/// Guesses the object of an attempt, given the first and the last snapshot of each track.
+/// Guesses the object of an attempt, given the first and the last snapshot of each track, and the vertical coordinate
+/// ([`upright`]).
 ///
 /// It is one of those that moved between contact and release, or until the next look if the release shows none. What moved
 /// with another object as one body was carried by it if it lies higher. Of the others, as the learner of the paper does, the
@@ -34,6 +35,7 @@ pub(super) fn guess(
     motion: &Motion<'_>,
     attempt: &Attempt,
     spans: &[Option<(usize, usize)>],
+    upwards: Option<usize>,
     p: f64,
 ) -> Option<usize> {
     let (demo, tracks) = (motion.demo(attempt.demo), &motion.tracks[attempt.demo]);
@@ -62,7 +64,6 @@ pub(super) fn guess(
     let farthest = moving.iter().map(|m| m.1).fold(0.0, f64::max);
     moving.retain(|(_, far, _)| *far >= NUDGED * farthest);
     // What rides on another object moves with it and lies higher.
-    let upwards = upright(motion.recording);
     let rides = |rider: usize, base: usize| {
         let (Some(a), Some(b)) = (ends(rider, released), ends(base, released)) else {
             return false;

@@ -122,12 +122,13 @@ impl<'r> Motion<'r> {
             landmarks: BTreeSet::new(),
             views,
         };
+        let upwards = carried::upright(recording);
         for d in 0..recording.demos.len() {
             let demo = &recording.demos[d];
             let spans: Vec<_> = motion.tracks[d].iter().map(Track::span).collect();
             for mut attempt in attempts::cut(d, demo, &motion.tracks[d]) {
                 if !attempt.declared {
-                    attempt.track = carried::guess(&motion, &attempt, &spans, p);
+                    attempt.track = carried::guess(&motion, &attempt, &spans, upwards, p);
                 }
                 motion.attempts.push(attempt);
             }
