@@ -12,6 +12,8 @@ pub(super) const MAX_NAMES: usize = 1_024;
 /// Greatest number of types in `(either ...)`.
 const MAX_EITHER: usize = 64;
 
+const NO_TYPE: &str = "no type follows `-`";
+
 /// Greatest number of types of all names of a typed list.
 const MAX_TYPED: usize = 500_000;
 
@@ -132,6 +134,9 @@ impl Source<'_> {
             let types: Vec<String> = if let Some(kind) =
                 word.strip_prefix('-').filter(|kind| !kind.is_empty())
             {
+                if kind.starts_with('-') {
+                    return Err(self.fault(node.place, NO_TYPE, "the name of a type"));
+                }
                 self.warn(node.place, format!("a space is missing after `-` in `{}`", short(word)));
                 vec![kind.to_owned()]
             } else if let Some(before) = word.strip_suffix('-').filter(|before| !before.is_empty())
@@ -165,7 +170,7 @@ impl Source<'_> {
     /// Reads the type or types behind a hyphen.
     fn kinds(&self, kind: Option<&Node>, hyphen: &Node) -> Result<Vec<String>, PddlFault> {
         let Some(kind) = kind else {
-            return Err(self.fault(hyphen.place, "no type follows `-`", "the name of a type"));
+            return Err(self.fault(hyphen.place, NO_TYPE, "the name of a type"));
         };
         let types: Vec<String> = if kind.head() == Some("either") {
             let names = tail(kind).iter().map(|n| self.word(n, "type").map(str::to_owned));
@@ -173,6 +178,9 @@ impl Source<'_> {
         } else {
             vec![self.word(kind, "type")?.to_owned()]
         };
+        if types.iter().any(|name| name.starts_with('-')) {
+            return Err(self.fault(kind.place, NO_TYPE, "the name of a type"));
+        }
         if !(1..=MAX_EITHER).contains(&types.len()) {
             let expected = format!("(either TYPE ...) with 1 to {MAX_EITHER} types");
             return Err(self.unexpected(kind, "type", &expected));

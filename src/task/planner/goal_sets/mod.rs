@@ -48,7 +48,7 @@ const PATIENCE_MS: u64 = 10_000;
 /// let domain = DomainBuilder::of_the_paper().build()?;
 /// let direct = PopulationPlan::direct();
 /// let planner = GoalSetPlanner::new(&domain, Rules::default(), &[], &direct, Seed::new(1))?;
-/// assert_eq!(planner.command_width(), domain.operators().len() + 15);
+/// assert_eq!(planner.command_width(), domain.operators().len() + 16);
 /// # Ok::<(), symbolt::task::TaskError>(())
 /// ```
 pub struct GoalSetPlanner {
