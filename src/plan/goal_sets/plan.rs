@@ -159,7 +159,7 @@ impl Course {
 /// A unit of [`Tuning::default`] is too noisy: its decoders are less regularised and it fires less.
 ///
 /// # Errors
-/// None for the groups of [`GoalSetGraph`]; the type is that of all patterns.
+/// None for the groups of [`GoalSetGraph`](super::GoalSetGraph); the type is that of all patterns.
 pub fn populations(population: &Population) -> Result<PopulationPlan, PatternError> {
     if *population == Population::Direct {
         return Ok(PopulationPlan::direct());
