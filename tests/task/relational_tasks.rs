@@ -93,7 +93,7 @@ fn tasks_are_done_in_scenes_unlike_those_shown() {
     let seed = Seed::new(number("SEED").unwrap_or(1.0) as u64);
     let of = number("EPISODES").unwrap_or(10.0) as u64;
     let all = tasks::all().expect("all are valid");
-    assert_eq!(all.len(), 8);
+    assert_eq!(all.len(), 9);
     for task in all.iter().filter(|t| only.as_ref().is_none_or(|o| o == t.name())) {
         let domain = learned(&**task, demos, &sensing, seed);
         let run = |n: u64| episode(task, &domain, sensing, 100 + n);
