@@ -6,7 +6,9 @@ use std::path::Path;
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::{Limit, read_file};
-use symbolt::plan::goal_sets::{Begun, Course, GoalSetError, GoalSetSpec, StripsWorld, pursue};
+use symbolt::plan::goal_sets::{
+    Begun, Course, Directions, GoalSetError, GoalSetSpec, StripsWorld, pursue,
+};
 use symbolt::plan::strips::{
     Bodies, Domain, GroundFault, Grounded, Problem, contents, shorten, validate,
 };
@@ -240,7 +242,11 @@ impl Answer<'_> {
         let course = self.course;
         let mut text = format!("Problem: {size}\n");
         if let Some(ms) = self.planned() {
-            let steps = counted(course.goal_sets(), "goal set");
+            let steps = match course.directions {
+                Directions::Backward => counted(course.goal_sets(), "goal set"),
+                Directions::Forward => counted(course.goal_sets(), "state"),
+                Directions::Both => format!("{} goal sets and states", course.goal_sets()),
+            };
             let _ = writeln!(
                 text,
                 "Planned: {ms} ms, {steps}, {}",

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use super::forward::{ForwardGraph, ForwardPorts, Progression, acting_phases as forward_acts};
 use super::graph::{GoalSetGraph, GoalSetPorts, acting_phases as backward_acts};
 use super::rules::Regression;
+use super::senses::Senses;
 use super::wiring::{Group, Reach, Wiring, each};
+use crate::plan::strips::Grounded;
 use crate::sim::{In, Module, Out, Scope, Synapse, Vector};
 
 /// The directions in which a planner searches.
@@ -20,12 +22,48 @@ pub enum Directions {
     Both,
 }
 
+impl Directions {
+    /// Returns the name, as experiments give it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Backward => "backward",
+            Self::Forward => "forward",
+            Self::Both => "both",
+        }
+    }
+}
+
 /// A planner that searches backward, forward or both ways: a [`Module`].
 pub struct PlannerGraph {
-    pub(super) backward: Option<(Arc<Regression>, usize)>,
-    pub(super) forward: Option<(Arc<Progression>, usize)>,
-    /// Paths of groups whose links to others are cut, such as `backward/veto`.
-    pub(super) ablated: Vec<String>,
+    backward: Option<(Arc<Regression>, usize)>,
+    forward: Option<(Arc<Progression>, usize)>,
+    ablated: Vec<String>,
+}
+
+impl PlannerGraph {
+    /// Makes a planner for a problem. The search backward remembers up to `slots[0]` goal sets, the one forward `slots[1]` states,
+    /// each at least two. `rules` are those of the problem.
+    ///
+    /// Costs O(goals² x operators).
+    pub fn new(
+        problem: &Grounded,
+        rules: Arc<Regression>,
+        directions: Directions,
+        slots: [usize; 2],
+    ) -> Self {
+        let progression = || Arc::new(Progression::new(problem, &rules));
+        let forward = (directions != Directions::Backward).then(|| (progression(), slots[1]));
+        let backward = (directions != Directions::Forward).then_some((rules, slots[0]));
+        Self { backward, forward, ablated: Vec::new() }
+    }
+
+    /// Cuts the links from a group to the others, by its path, such as `backward/veto` or `forward/wanted`. Another path has no
+    /// effect.
+    #[must_use]
+    pub fn ablate(mut self, path: &str) -> Self {
+        self.ablated.push(path.into());
+        self
+    }
 }
 
 /// Ports of a [`PlannerGraph`].
@@ -68,10 +106,8 @@ impl Module for PlannerGraph {
         });
 
         let w = &mut Wiring::new(scope, &[]);
-        let ready = w.sum("ready", 1);
-        let busy = w.sum("busy", 1);
-        let holds = w.sum("holds", fluents);
-        let goal = w.sum("goal", fluents);
+        let senses = Senses::new(w, fluents);
+        let Senses { ready, busy, holds, goal } = &senses;
         let actions = w.sum("actions", operators);
         let searches = [
             backward
@@ -85,8 +121,8 @@ impl Module for PlannerGraph {
         let asked = searches.each_ref().map(|search| {
             search.as_ref().map(|(name, inputs, shown)| {
                 let asked = w.sum(&format!("asked_{name}"), 1);
-                w.link(&ready, &asked, [(0, 0, 1.0)]);
-                for (from, to) in [&asked, &busy, &holds, &goal].into_iter().zip(inputs) {
+                w.link(ready, &asked, [(0, 0, 1.0)]);
+                for (from, to) in [&asked, busy, holds, goal].into_iter().zip(inputs) {
                     w.scope.connect(&from.out, to, Synapse::None);
                 }
                 let shown = w.relay(&format!("shown_{name}"), shown, operators);
@@ -124,12 +160,13 @@ impl Module for PlannerGraph {
             let named = inner.into_iter().flatten();
             reach.extend(named.map(|(group, counts)| (format!("{name}/{group}"), counts.clone())));
         }
+        let [ready, busy, holds, goal] = senses.inputs(w.scope);
         PlannerPorts {
             reach,
-            ready: w.scope.input("ready", ready.input),
-            busy: w.scope.input("busy", busy.input),
-            holds: w.scope.input("holds", holds.input),
-            goal: w.scope.input("goal", goal.input),
+            ready,
+            busy,
+            holds,
+            goal,
             actions: w.scope.output("actions", actions.out),
             backward,
             forward,

@@ -2,11 +2,10 @@
 
 use super::control::{Control, Phase, Signal};
 use super::costs::{LEVELS, by_level};
-use super::race::{Turns, impatience, race};
+use super::race::{BAR, Turns, race, utilities};
 use super::rules::{Regressed, Regression};
-use super::wiring::{Group, Weight, Wiring, cells, each, gather, spread};
-use crate::neurons::Map;
-use crate::sim::{Real, Synapse};
+use super::wiring::{Group, Weight, Wiring, cells, each, gather};
+use crate::sim::Real;
 
 /// Weight of one level of cost in a utility. With greater weights, utilities of several levels saturate; with smaller ones
 /// the race is slower and less exact.
@@ -18,21 +17,14 @@ const FRESH: Real = -0.3 * LEVEL;
 /// Weight of an operator with a precondition that serves another unmet goal. With a whole level, operators that serve are
 /// worth as much as better ones, and plans grow longer in spikes.
 const SHARES: Real = 0.6 * LEVEL;
-/// Weight of an operator that is favoured by chance, after a search that found no plan.
-const STIRS: Real = 1.5 * LEVEL;
-/// Weight with which such a search lets chance through. Without it, noise of six standard deviations would be needed.
-const STIRRED: Real = 3.0;
-/// Standard deviation of the noise behind it, and the time constant of its changes in milliseconds: about that of a step.
-const STIR_NOISE: Real = 0.5;
-const STIR_MS: u64 = 100;
-/// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
-pub(super) const BAR: Real = -16.0;
-/// Time constant with which the race becomes easier to win, in milliseconds.
-const URGENCY_MS: u64 = 60;
 /// Phases in which the race becomes easier to win, and the weight of each. It begins before the race does: while goals and
 /// costs settle. Greater weights save a few milliseconds a step and lose long plans.
-const URGES: [(Phase, Real); 4] =
-    [(Phase::Wave, 1.06), (Phase::Settle, 1.7), (Phase::Veto, 1.7), (Phase::Race, 3.7)];
+const URGES: [(usize, Real); 4] = [
+    (Phase::Wave as usize, 1.06),
+    (Phase::Settle as usize, 1.7),
+    (Phase::Veto as usize, 1.7),
+    (Phase::Race as usize, 3.7),
+];
 
 /// The groups of the choice.
 pub(super) struct Choice {
@@ -78,8 +70,9 @@ impl Choice {
         let gains = w.both("gains", levels);
         w.link(costs, &gains, each(levels, 1.0));
         w.link(goals, &gains, cells(fluents, LEVELS).map(|(f, _, level)| (f, level, 1.0)));
-        let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
-        let utilities = w.analog("utilities", operators, utility);
+        let race_phase = Phase::Race as usize;
+        let utilities =
+            utilities(w, operators, (phases, elapsed, restless), (race_phase, &URGES), -1.1);
         let both = adds(LEVEL).into_iter().chain(needs(LEVEL)).collect();
         w.link(&gains, &utilities, by_level(both));
         w.link(costs, &utilities, by_level(needs(-LEVEL)));
@@ -91,25 +84,13 @@ impl Choice {
             w.link(bar, &eligible, each(operators, -1.3));
             w.link(bar, &utilities, each(operators, BAR));
         }
-        let urgency = w.slow("urgency", phases, URGENCY_MS);
-        w.link(
-            &urgency,
-            &utilities,
-            URGES.iter().flat_map(|(p, u)| spread(*p as usize, operators, *u)),
-        );
-        w.bias(&utilities, &vec![-1.1; operators]);
-
-        impatience(w, phases, elapsed, Phase::Race as usize, &utilities);
         // Operators with a precondition that serves another unmet goal.
         let shares = w.units("shares", operators);
         w.link(open, &shares, rules.links(|o| &o.serves, 1.0));
         w.link(&shares, &utilities, each(operators, SHARES));
 
-        let stir = stir(w, operators, restless);
-        w.link(&stir, &utilities, each(operators, STIRS));
-
         let turns = Turns {
-            race: Phase::Race as usize,
+            race: race_phase,
             check: Phase::Check as usize,
             clear: &[Phase::Settle as usize, Phase::Start as usize, Phase::Back as usize],
             told: [Signal::Won as usize, Signal::Double as usize],
@@ -139,14 +120,4 @@ fn helps(w: &mut Wiring<'_, '_>, rules: &Regression, goals: &Group, open: &Group
         w.link(wanted, &helps, rules.links(|o| &o.adds, 1.0));
     }
     helps
-}
-
-/// Adds units of which half, others from race to race, are active after a search that found no plan. So the next search takes
-/// another way.
-fn stir(w: &mut Wiring<'_, '_>, operators: usize, restless: &Group) -> Group {
-    let stir = w.biased("stir", operators, 0.5 - STIRRED);
-    let chance = w.noisy("chance", operators, STIR_NOISE, STIR_MS);
-    w.link(restless, &chance, spread(0, operators, STIRRED));
-    w.link_by(&chance, &stir, each(operators, 1.0), Synapse::lowpass_ms(STIR_MS));
-    stir
 }

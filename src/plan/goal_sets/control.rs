@@ -1,7 +1,7 @@
 //! The order of a plan's phases: units that hold the present phase, and the conditions on which the next one begins.
 
-use super::machine::{Item, Machine, Timed, Transition, When};
-use super::wiring::{Group, Weight, Wiring};
+use super::machine::{Machine, Timed, Transition, When, items};
+use super::wiring::{Group, Wiring};
 
 /// A phase. Exactly one is active while the planner works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,14 +52,7 @@ impl Phase {
     ];
 }
 
-impl Item for Phase {
-    const COUNT: usize = Self::ALL.len();
-
-    fn place(self) -> usize {
-        let phase = self;
-        phase as usize
-    }
-}
+items!(Phase: Stuck, Signal: Left);
 
 impl Timed for Phase {
     fn millis(self) -> f64 {
@@ -115,22 +108,6 @@ use Signal::{
     Unready, Won,
 };
 
-impl Signal {
-    pub const ALL: [Self; 14] = [
-        Open, Unreached, Eligible, Won, Double, Seen, First, Last, Unready, Closed, Nobody,
-        Reached, Idle, Left,
-    ];
-}
-
-impl Item for Signal {
-    const COUNT: usize = Self::ALL.len();
-
-    fn place(self) -> usize {
-        let signal = self;
-        signal as usize
-    }
-}
-
 /// Signals that must have lasted.
 const LASTING: [(Signal, f64); 4] =
     [(Closed, 7.0), (Nobody, 25.0), (Reached, 4.0), (Unready, 40.0)];
@@ -182,43 +159,14 @@ impl Control {
     /// Adds the phases and their transitions. `ready` and `busy` have one item each.
     pub fn new(wiring: &mut Wiring<'_, '_>, ready: &Group, busy: &Group) -> Self {
         let machine = Machine::new(wiring, &Phase::ALL, TRANSITIONS, &LASTING, busy);
-        let Machine { phases, signals, enter, .. } = &machine;
-        let count = Phase::ALL.len();
-        let place = |phase: Phase| phase as usize;
-
-        // A search that fills the slots, or leaves no slot to go on with, must not begin again as it was.
-        let restless = wiring.latches("restless", 1);
-        let failed = TRANSITIONS.iter().enumerate().filter(|(_, (when, to, ..))| {
-            *to == Start && matches!(when, When::After(Check | Back))
-        });
-        wiring.link(enter, &restless, failed.map(|(i, _)| (i, 0, 2.0)).collect::<Vec<_>>());
-        wiring.link(phases, &restless, [Begin, Stuck].map(|p| (place(p), 0, -4.0)));
-
-        // Without a request, no phase is active.
+        let restless =
+            machine.restless(wiring, TRANSITIONS, (Start, [Check, Back]), [Begin, Stuck]);
         machine.obey(wiring, ready);
-        let idle = Idle as usize;
-        wiring.link(ready, signals, [(0, idle, 1.0)]);
-        let mut told: Vec<Weight> = (0..count).map(|p| (p, idle, -1.3)).collect();
-        told.extend(
-            [(Race, Nobody), (Wave, Reached), (Show, Unready)]
-                .map(|(p, s)| (place(p), s as usize, 1.0)),
-        );
         // Goals hold only once they are loaded.
-        told.extend([Fetch, Read, Start].map(|p| (place(p), Closed as usize, -1.3)));
-        wiring.link(phases, signals, told);
-        wiring.link(
-            signals,
-            signals,
-            [
-                (Open as usize, Closed as usize, -1.3),
-                (Eligible as usize, Nobody as usize, -1.3),
-                (Unreached as usize, Reached as usize, -1.3),
-            ],
-        );
-        let mut bias = [0.0; Signal::ALL.len()];
-        bias[Closed as usize] = 1.0;
-        bias[Double as usize] = -1.3;
-        wiring.bias(signals, &bias);
+        let never = [Fetch, Read, Start].map(|phase| (phase, Closed));
+        let during = [(Race, Nobody), (Wave, Reached), (Show, Unready)];
+        let against = [(Open, Closed), (Eligible, Nobody), (Unreached, Reached)];
+        machine.tell(wiring, (ready, Idle), (&during, &[Closed]), &never, &against, Double);
         let Machine { phases, signals, elapsed, .. } = machine;
         Self { phases, signals, restless, elapsed }
     }

@@ -8,8 +8,9 @@ use super::costs::{LEVELS, costs};
 use super::memory::memory;
 use super::motor::{Acting, act, load};
 use super::rules::Regression;
+use super::senses::Senses;
 use super::tree::Layout;
-use super::wiring::{Group, Reach, Wiring, each, gather};
+use super::wiring::{Reach, Wiring, each, gather};
 use crate::sim::{In, Module, Out, Scope, Vector};
 
 /// The planner graph over a grounded problem: a [`Module`].
@@ -91,25 +92,23 @@ impl Module for GoalSetGraph {
         let Self { rules, slots, ablated } = self;
         let fluents = rules.fluents;
         let w = &mut Wiring::new(scope, &ablated);
-        let ready = w.sum("ready", 1);
-        let busy = w.sum("busy", 1);
-        let holds = w.sum("holds", fluents);
-        let goal = w.sum("goal", fluents);
-        let control = Control::new(w, &ready, &busy);
+        let senses = Senses::new(w, fluents);
+        let Senses { ready, busy, holds, goal } = &senses;
+        let control = Control::new(w, ready, busy);
         let (phases, signals) = (&control.phases, &control.signals);
 
         let goals = w.latches("goals", fluents);
         let open = w.units("open", fluents);
         w.link(&goals, &open, each(fluents, 1.0));
-        w.link(&holds, &open, each(fluents, -1.3));
+        w.link(holds, &open, each(fluents, -1.3));
         w.link(&open, signals, gather(fluents, Signal::Open as usize, 1.0));
 
-        let costs = costs(w, &rules, (phases, signals), &holds, &goals);
+        let costs = costs(w, &rules, (phases, signals), holds, &goals);
         let choice = Choice::new(w, &rules, &control, (&goals, &open), &costs);
         let layout = Layout::new(fluents, rules.operators.len(), slots);
         let memory = memory(w, &layout, &rules, (phases, signals), &goals, &choice);
         for (name, source, when) in [
-            ("begin", &goal, &[Phase::Start][..]),
+            ("begin", goal, &[Phase::Start][..]),
             ("commit", &memory.child, &[Phase::Write][..]),
             ("recall", &memory.recalled, &[Phase::Read, Phase::Fetch][..]),
         ] {
@@ -128,17 +127,15 @@ impl Module for GoalSetGraph {
         };
         let links = [rules.links(|o| &o.preconditions, 1.0), rules.links(|o| &o.adds, 1.0)];
         let actions =
-            act(w, (&links[0], &links[1]), (phases, signals), &acting, &holds, &memory.shown);
+            act(w, (&links[0], &links[1]), (phases, signals), &acting, holds, &memory.shown);
 
-        let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
-            scope.input(name, group.input.clone())
-        };
+        let [ready, busy, holds, goal] = senses.inputs(w.scope);
         GoalSetPorts {
             reach: w.reach(),
-            ready: input(w.scope, "ready", &ready),
-            busy: input(w.scope, "busy", &busy),
-            holds: input(w.scope, "holds", &holds),
-            goal: input(w.scope, "goal", &goal),
+            ready,
+            busy,
+            holds,
+            goal,
             actions: w.scope.output("actions", actions.out),
             phases: control.phases.out,
             goals: goals.out,

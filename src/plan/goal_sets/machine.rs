@@ -12,6 +12,21 @@ pub(super) trait Item: Copy + PartialEq + 'static {
     fn place(self) -> usize;
 }
 
+/// Counts the variants of enumerations, whose last one is named.
+macro_rules! items {
+    ($($kind:ident: $last:ident),*) => {
+        $(impl $crate::plan::goal_sets::machine::Item for $kind {
+            const COUNT: usize = $kind::$last as usize + 1;
+
+            fn place(self) -> usize {
+                let item = self;
+                item as usize
+            }
+        })*
+    };
+}
+pub(super) use items;
+
 /// A phase of a machine.
 pub(super) trait Timed: Item {
     /// Returns the time from its beginning until [`When::After`] holds, in milliseconds.
@@ -130,6 +145,49 @@ impl Machine {
         wiring.link(&enter, &phases, weights);
 
         Self { phases, signals, enter, elapsed }
+    }
+
+    /// Adds one unit that remembers that a search found no plan, so that the next one takes another way. It becomes active when
+    /// the search begins anew, in the phase `start`, after one of the phases `failed`, and falls silent in the phases `calm`.
+    pub fn restless<P: Timed, S: Item>(
+        &self,
+        wiring: &mut Wiring<'_, '_>,
+        transitions: &[Transition<P, S>],
+        (start, failed): (P, [P; 2]),
+        calm: [P; 2],
+    ) -> Group {
+        let restless = wiring.latches("restless", 1);
+        let fails = transitions.iter().enumerate().filter(|(_, (when, to, ..))| {
+            *to == start && matches!(when, When::After(phase) if failed.contains(phase))
+        });
+        wiring.link(&self.enter, &restless, fails.map(|(i, _)| (i, 0, 2.0)).collect::<Vec<_>>());
+        wiring.link(&self.phases, &restless, calm.map(|p| (p.place(), 0, -4.0)));
+        restless
+    }
+
+    /// Adds the signals that come from phases and from other signals: `idle` while `ready` asks and no phase is active; each
+    /// of `during` in its phase, unless another signal is `against` it, and each of `unless` as long as none is. They are silent in the
+    /// phases of `never`. `double` tells of more than one.
+    pub fn tell<P: Timed, S: Item>(
+        &self,
+        wiring: &mut Wiring<'_, '_>,
+        (ready, idle): (&Group, S),
+        (during, unless): (&[(P, S)], &[S]),
+        never: &[(P, S)],
+        against: &[(S, S)],
+        double: S,
+    ) {
+        wiring.link(ready, &self.signals, [(0, idle.place(), 1.0)]);
+        let mut told: Vec<Weight> = (0..P::COUNT).map(|p| (p, idle.place(), -1.3)).collect();
+        told.extend(during.iter().map(|(p, s)| (p.place(), s.place(), 1.0)));
+        told.extend(never.iter().map(|(p, s)| (p.place(), s.place(), -1.3)));
+        wiring.link(&self.phases, &self.signals, told);
+        let against = against.iter().map(|(a, b)| (a.place(), b.place(), -1.3));
+        wiring.link(&self.signals, &self.signals, against.collect::<Vec<_>>());
+        let mut bias = vec![0.0; S::COUNT];
+        unless.iter().for_each(|s| bias[s.place()] = 1.0);
+        bias[double.place()] = -1.3;
+        wiring.bias(&self.signals, &bias);
     }
 
     /// Silences all phases while `ready`, which has one item, is not active.

@@ -1,7 +1,8 @@
 //! The tree of goal sets.
 
-use super::choice::{BAR, Choice};
+use super::choice::Choice;
 use super::control::{Phase, Signal};
+use super::race::BAR;
 use super::rules::Regression;
 use super::tree::{Layout, Tree, Turns, Visited};
 use super::wiring::{Group, Wiring, each};

@@ -15,6 +15,7 @@
 //! | `costs` | the wave from what holds; how far each fluent is |
 //! | `choice`, `race` | relevance, veto, utilities, chance after a search that failed, and the race |
 //! | `synapses`, `tree`, `memory` | plastic synapses; slots for sets, the way back, and the retreat from dead ends |
+//! | `senses` | what a planner is told |
 //! | `motor` | what a set takes over; the units that show an action |
 //! | `graph` | all parts of the search backward as one module |
 //! | `forward` | the search forward |
@@ -66,6 +67,7 @@ mod plan;
 mod race;
 mod rules;
 mod search;
+mod senses;
 mod spikes;
 mod synapses;
 mod tree;

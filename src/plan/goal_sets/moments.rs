@@ -11,14 +11,14 @@ pub enum Step {
     Start,
     /// It knows how far each fluent is from what holds.
     Costs,
-    /// It has chosen an operator, and goes on with the goal set before it.
+    /// It has chosen an operator, and goes on with the goal set before it; forward, with the state after it.
     GoalSet {
         /// Position of the operator.
         operator: usize,
     },
-    /// It leaves a goal set from which no operator leads on.
+    /// It leaves a goal set or state from which no operator leads on.
     DeadEnd,
-    /// The goal set holds: the plan is found.
+    /// The goal set holds; forward, the state has the goal: the plan is found.
     Plan,
 }
 
@@ -29,6 +29,8 @@ pub struct Moment {
     pub ms: u64,
     /// What began.
     pub step: Step,
+    /// Whether the search forward did it.
+    pub forward: bool,
 }
 
 /// Activity above which a phase is active, and below which it is over. Noise between the two counts for nothing.
@@ -37,6 +39,7 @@ const OVER: Real = 0.3;
 
 /// The phases in which each step begins, as positions. `written` is a new set; what `costs` follows is a wave.
 struct Watched {
+    forward: bool,
     start: usize,
     wave: usize,
     costs: usize,
@@ -46,6 +49,7 @@ struct Watched {
 }
 
 const BACKWARD: Watched = Watched {
+    forward: false,
     start: Phase::Start as usize,
     wave: Phase::Wave as usize,
     costs: Phase::Race as usize,
@@ -55,6 +59,7 @@ const BACKWARD: Watched = Watched {
 };
 
 const FORWARD: Watched = Watched {
+    forward: true,
     start: Forward::Start as usize,
     wave: Forward::Wave as usize,
     costs: Forward::Race as usize,
@@ -107,7 +112,7 @@ impl Moments {
             if !began {
                 continue;
             }
-            let Watched { start, wave, costs, written, dead_end, plan } = *self.watched;
+            let Watched { forward, start, wave, costs, written, dead_end, plan } = *self.watched;
             let all = winner.iter().enumerate();
             let most = all.max_by(|a, b| a.1.total_cmp(b.1)).filter(|most| *most.1 > OVER);
             let step = match phase {
@@ -128,7 +133,7 @@ impl Moments {
                 Some(Step::Plan) => self.searching = false,
                 _ => {}
             }
-            self.all.extend(step.map(|step| Moment { ms, step }));
+            self.all.extend(step.map(|step| Moment { ms, step, forward }));
         }
     }
 }

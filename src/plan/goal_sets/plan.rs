@@ -118,7 +118,7 @@ pub struct Course {
     pub begun: Vec<Begun>,
     /// Simulated time of the run in milliseconds. The run ends once the goal holds.
     pub ms: u64,
-    /// What the planner did, in order.
+    /// What the planner did, in order. If it searches both ways, steps of both searches.
     pub moments: Vec<Moment>,
     /// Units of the planner.
     pub units: usize,
@@ -134,7 +134,7 @@ impl Course {
         self.begun.iter().filter(|b| b.done).map(|b| b.operator)
     }
 
-    /// Returns the number of goal sets that were written, without the goal itself.
+    /// Returns the number of goal sets and states that were written, without the goal and the start.
     pub fn goal_sets(&self) -> usize {
         self.count(|step| matches!(step, Step::GoalSet { .. }))
     }
@@ -144,9 +144,14 @@ impl Course {
         self.count(|step| step == Step::DeadEnd)
     }
 
-    /// Returns how often it began to plan: once, and once for each surprise or search that filled the slots.
+    /// Returns how often it began to plan: once, and once for each surprise or search that filled the slots. Of two searches,
+    /// the greater number.
     pub fn starts(&self) -> usize {
-        self.count(|step| step == Step::Start)
+        let of = |forward: bool| {
+            let own = self.moments.iter().filter(|moment| moment.forward == forward);
+            own.filter(|moment| moment.step == Step::Start).count()
+        };
+        of(false).max(of(true))
     }
 
     fn count(&self, of: impl Fn(Step) -> bool) -> usize {
@@ -222,12 +227,9 @@ pub fn pursue(
     }
     let rules = Arc::new(rules);
     let mut graph = GraphBuilder::new();
-    let progression = Arc::new(Progression::new(problem, &rules));
-    let planner = PlannerGraph {
-        backward: (directions != Directions::Forward).then_some((rules, back)),
-        forward: (directions != Directions::Backward).then_some((progression, ahead)),
-        ablated: spec.ablated.iter().map(|name| within(directions, name)).collect(),
-    };
+    let ablated: Vec<String> = spec.ablated.iter().map(|name| within(directions, name)).collect();
+    let planner = PlannerGraph::new(problem, rules, directions, [back, ahead]);
+    let planner = ablated.iter().fold(planner, |planner, path| planner.ablate(path));
     let planner = graph.add("planner", planner);
     let link = WorldLink::new()
         .sense("holds", OutputSpec::vector(fluents))
@@ -253,9 +255,8 @@ pub fn pursue(
         let probes = [graph.probe(&ports.phases, recent), graph.probe(&ports.winner, recent)];
         watched.push((Moments::forward(), probes));
     }
-    for name in &spec.ablated {
+    for path in &ablated {
         // A name that is no group is a fault of the graph.
-        let path = within(directions, name);
         graph.probe_at::<Vector>(&format!("planner/{path}/output"), ProbeSpec::default());
     }
     let plan = populations(&spec.population)?;
@@ -285,12 +286,15 @@ pub fn pursue(
         }
         ms += step;
     }
+    let mut moments: Vec<Moment> =
+        watched.into_iter().flat_map(|(moments, _)| moments.all).collect();
+    moments.sort_by_key(|moment| moment.ms);
     let world = inside(&sim);
     Ok(Course {
         reached: world.is_some_and(StripsWorld::reached),
         begun: world.map(|w| w.begun().to_vec()).unwrap_or_default(),
         ms,
-        moments: watched.into_iter().flat_map(|(moments, _)| moments.all).collect(),
+        moments,
         units,
         directions,
         spikes: counter.map(|counter| counter.count),

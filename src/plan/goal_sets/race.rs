@@ -1,6 +1,7 @@
-//! The race among operators: accumulators, latches that hold the winner, and what breaks ties.
+//! The race among operators: what makes it easier to win, accumulators, latches that hold the winner, and what breaks ties.
 
 use super::wiring::{Group, Wiring, each, gather, spread};
+use crate::neurons::Map;
 use crate::sim::{Real, SimDuration, Synapse};
 
 /// Weight with which a winner holds the accumulators of all others down. With less, those that come a few milliseconds later
@@ -11,6 +12,18 @@ const HOLD: Real = 8.0;
 const RUNGS: usize = 8;
 /// Synapse from one of them to the next, in milliseconds.
 const RUNG_MS: u64 = 12;
+
+/// Weight with which a veto keeps an operator out of the race. It must outweigh the greatest gain in the longest race.
+pub(super) const BAR: Real = -16.0;
+/// Time constant with which the race becomes easier to win, in milliseconds.
+const URGENCY_MS: u64 = 60;
+/// Weight of an operator that is favoured by chance, after a search that found no plan.
+const STIRS: Real = 0.6;
+/// Weight with which such a search lets chance through. Without it, noise of six standard deviations would be needed.
+const STIRRED: Real = 3.0;
+/// Standard deviation of the noise behind it, and the time constant of its changes in milliseconds: about that of a step.
+const STIR_NOISE: Real = 0.5;
+const STIR_MS: u64 = 100;
 
 /// The phases in which a race is run, and the signals that tell of winners.
 pub(super) struct Turns {
@@ -23,8 +36,33 @@ pub(super) struct Turns {
     pub told: [usize; 2],
 }
 
+/// Adds utilities of operators that grow with time: in the phases of `urges` with their weights, step by step while a race
+/// lasts, and by chance after a search that found no plan (`restless`).
+pub(super) fn utilities(
+    w: &mut Wiring<'_, '_>,
+    operators: usize,
+    (phases, elapsed, restless): (&Group, &Group, &Group),
+    (race, urges): (usize, &[(usize, Real)]),
+    bias: Real,
+) -> Group {
+    let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
+    let utilities = w.analog("utilities", operators, utility);
+    w.bias(&utilities, &vec![bias; operators]);
+    let urgency = w.slow("urgency", phases, URGENCY_MS);
+    let urges = urges.iter().flat_map(|(phase, urge)| spread(*phase, operators, *urge));
+    w.link(&urgency, &utilities, urges);
+    impatience(w, phases, elapsed, race, &utilities);
+    // Half of the operators, others from race to race.
+    let stir = w.biased("stir", operators, 0.5 - STIRRED);
+    let chance = w.noisy("chance", operators, STIR_NOISE, STIR_MS);
+    w.link(restless, &chance, spread(0, operators, STIRRED));
+    w.link_by(&chance, &stir, each(operators, 1.0), Synapse::lowpass_ms(STIR_MS));
+    w.link(&stir, &utilities, each(operators, STIRS));
+    utilities
+}
+
 /// Adds a row of units that become active one after the other while a race lasts, and fall silent with it.
-pub(super) fn impatience(
+fn impatience(
     w: &mut Wiring<'_, '_>,
     phases: &Group,
     elapsed: &Group,

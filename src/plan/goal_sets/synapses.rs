@@ -26,7 +26,7 @@ const TARGET: [Real; 2] = [-0.3, 1.4];
 pub(super) struct Synapses {
     pub slots: usize,
     pub columns: usize,
-    /// Columns that `sets` asks for; `numbers` asks for those from `marked` on. Column `set` is asked for by neither.
+    /// Number of the first columns, which `sets` asks for. The next one marks the slot; `numbers` asks for those behind it.
     pub set: usize,
     /// Columns that are compared by `kin`.
     pub kin: std::ops::Range<usize>,

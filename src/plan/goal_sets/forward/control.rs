@@ -1,7 +1,7 @@
 //! The order of the phases of forward search.
 
-use crate::plan::goal_sets::machine::{Item, Machine, Timed, Transition, When};
-use crate::plan::goal_sets::wiring::{Group, Weight, Wiring};
+use crate::plan::goal_sets::machine::{Item, Machine, Timed, Transition, When, items};
+use crate::plan::goal_sets::wiring::{Group, Wiring};
 
 /// A phase. Exactly one is active while the search works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,14 +58,7 @@ impl Phase {
     ];
 }
 
-impl Item for Phase {
-    const COUNT: usize = Self::ALL.len();
-
-    fn place(self) -> usize {
-        let phase = self;
-        phase as usize
-    }
-}
+items!(Phase: Stuck, Signal: Idle);
 
 impl Timed for Phase {
     fn millis(self) -> f64 {
@@ -135,15 +128,6 @@ use Signal::{
     Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
 };
 
-impl Item for Signal {
-    const COUNT: usize = Idle as usize + 1;
-
-    fn place(self) -> usize {
-        let signal = self;
-        signal as usize
-    }
-}
-
 /// Signals that must have lasted, and for how many milliseconds.
 const LASTING: [(Signal, f64); 6] = [
     (Closed, 7.0),
@@ -205,32 +189,13 @@ impl Control {
     /// Adds the phases and their transitions. `ready` and `busy` have one item each.
     pub fn new(w: &mut Wiring<'_, '_>, ready: &Group, busy: &Group) -> Self {
         let machine = Machine::new(w, &Phase::ALL, TRANSITIONS, &LASTING, busy);
+        let restless = machine.restless(w, TRANSITIONS, (Start, [Check, Back]), [Mark, Stuck]);
         machine.obey(w, ready);
-        let Machine { phases, signals, enter, elapsed } = machine;
-
-        // The state has changed since the last wave.
-        let stale = w.latches("stale", 1);
-        let changes = [(Write, 1.2), (Read, 1.2), (Wave, -4.0)];
-        w.link(&phases, &stale, changes.map(|(phase, weight)| (phase.place(), 0, weight)));
-        w.link(&stale, &signals, [(0, Stale.place(), 1.0)]);
-
-        // A search that fills the slots, or leaves no slot to go on with, must not begin again as it was.
-        let restless = w.latches("restless", 1);
-        let failed = TRANSITIONS.iter().enumerate().filter(|(_, (when, to, ..))| {
-            *to == Start && matches!(when, When::After(Check | Back))
-        });
-        w.link(&enter, &restless, failed.map(|(i, _)| (i, 0, 2.0)).collect::<Vec<_>>());
-        w.link(&phases, &restless, [Mark, Stuck].map(|p| (p.place(), 0, -4.0)));
-
-        w.link(ready, &signals, [(0, Idle.place(), 1.0)]);
-        let mut told: Vec<Weight> =
-            Phase::ALL.iter().map(|p| (p.place(), Idle.place(), -1.3)).collect();
-        let during = [(Race, Nobody), (Wave, Reached), (Wave, Stalled), (Show, Unready)];
-        told.extend(during.map(|(p, s)| (p.place(), s.place(), 1.0)));
         // A state holds only once it is loaded.
-        told.extend([Fetch, Read, Start].map(|p| (p.place(), Closed.place(), -1.3)));
-        told.extend([Read, Start, Write].map(|p| (p.place(), Solved.place(), -1.3)));
-        w.link(&phases, &signals, told);
+        let closed = [Fetch, Read, Start].map(|phase| (phase, Closed));
+        let solved = [Read, Start, Write].map(|phase| (phase, Solved));
+        let never = [closed, solved].concat();
+        let during = [(Race, Nobody), (Wave, Reached), (Wave, Stalled), (Show, Unready)];
         let against = [
             (Open, Closed),
             (Unmet, Solved),
@@ -239,12 +204,14 @@ impl Control {
             (Unreached, Reached),
             (News, Stalled),
         ];
-        w.link(&signals, &signals, against.map(|(a, b)| (a.place(), b.place(), -1.3)));
-        let mut bias = [0.0; Signal::COUNT];
-        bias[Closed.place()] = 1.0;
-        bias[Solved.place()] = 1.0;
-        bias[Double.place()] = -1.3;
-        w.bias(&signals, &bias);
+        machine.tell(w, (ready, Idle), (&during, &[Closed, Solved]), &never, &against, Double);
+
+        // The state has changed since the last wave.
+        let Machine { phases, signals, elapsed, .. } = machine;
+        let stale = w.latches("stale", 1);
+        let changes = [(Write, 1.2), (Read, 1.2), (Wave, -4.0)];
+        w.link(&phases, &stale, changes.map(|(phase, weight)| (phase.place(), 0, weight)));
+        w.link(&stale, &signals, [(0, Stale.place(), 1.0)]);
         Self { phases, signals, elapsed, restless }
     }
 }

@@ -5,29 +5,20 @@ use std::sync::Arc;
 use super::control::{Control, Phase, Signal};
 use super::memory::memory;
 use super::relaxed::relaxed;
-use crate::neurons::Map;
 use crate::plan::goal_sets::motor::{Acting, act, load};
-use crate::plan::goal_sets::race::{Turns, impatience, race};
+use crate::plan::goal_sets::race::{BAR, Turns, race, utilities};
 use crate::plan::goal_sets::rules::Regression;
+use crate::plan::goal_sets::senses::Senses;
 use crate::plan::goal_sets::tree::Layout;
-use crate::plan::goal_sets::wiring::{Group, Reach, Weight, Wiring, each, gather, spread};
+use crate::plan::goal_sets::wiring::{Reach, Weight, Wiring, each, gather};
 use crate::plan::strips::{GroundOperator, Grounded};
-use crate::sim::{In, Module, Out, Real, Scope, Synapse, Vector};
+use crate::sim::{In, Module, Out, Real, Scope, Vector};
 
 /// Weight of an operator that adds a goal.
 const HELPS: Real = 0.4;
-/// Weight with which a veto keeps an operator out of the race.
-const BAR: Real = -16.0;
-/// Time constant with which the race becomes easier to win, in milliseconds.
-const URGENCY_MS: u64 = 60;
-/// Phases in which it does, and the weight of each.
-const URGES: [(Phase, Real); 3] = [(Phase::Settle, 1.7), (Phase::Veto, 1.7), (Phase::Race, 3.7)];
-/// Weight of an operator that is favoured by chance, after a search that found no plan; weight with which such a search lets
-/// chance through; standard deviation of the noise behind it, and the time constant of its changes in milliseconds.
-const STIRS: Real = 0.6;
-const STIRRED: Real = 3.0;
-const STIR_NOISE: Real = 0.5;
-const STIR_MS: u64 = 100;
+/// Phases in which the race becomes easier to win, and the weight of each.
+const URGES: [(usize, Real); 3] =
+    [(Phase::Settle as usize, 1.7), (Phase::Veto as usize, 1.7), (Phase::Race as usize, 3.7)];
 
 /// What forward search knows of a problem.
 #[derive(Debug, Clone)]
@@ -157,20 +148,18 @@ impl Module for ForwardGraph {
         let Self { rules, slots, ablated } = self;
         let (fluents, operators) = (rules.fluents(), rules.operators());
         let w = &mut Wiring::new(scope, &ablated);
-        let ready = w.sum("ready", 1);
-        let busy = w.sum("busy", 1);
-        let holds = w.sum("holds", fluents);
-        let goal = w.sum("goal", fluents);
-        let control = Control::new(w, &ready, &busy);
+        let senses = Senses::new(w, fluents);
+        let Senses { ready, busy, holds, goal } = &senses;
+        let control = Control::new(w, ready, busy);
         let (phases, signals) = (&control.phases, &control.signals);
 
         let state = w.latches("state", fluents);
         let open = w.units("open", fluents);
         w.link(&state, &open, each(fluents, 1.0));
-        w.link(&holds, &open, each(fluents, -1.5));
+        w.link(holds, &open, each(fluents, -1.5));
         w.link(&open, signals, gather(fluents, Signal::Open as usize, 1.0));
 
-        let plan = relaxed(w, &rules, (phases, signals), &state, &goal);
+        let plan = relaxed(w, &rules, (phases, signals), &state, goal);
 
         // Operators of the relaxed plan that can be applied, and lead to no visited state.
         let lacks = w.units("lacks", operators);
@@ -182,22 +171,13 @@ impl Module for ForwardGraph {
         let barred = w.tonic("barred", operators);
         w.link(&eligible, &barred, each(operators, -1.3));
 
-        let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
-        let utilities = w.analog("utilities", operators, utility);
+        let race_phase = Phase::Race as usize;
+        let growing = (phases, &control.elapsed, &control.restless);
+        let utilities = utilities(w, operators, growing, (race_phase, &URGES), -0.7);
         w.link(&barred, &utilities, each(operators, BAR));
         w.link(&plan.wanted, &utilities, rules.adds(HELPS));
-        let urgency = w.slow("urgency", phases, URGENCY_MS);
-        let urges = URGES.iter().flat_map(|(p, u)| spread(*p as usize, operators, *u));
-        w.link(&urgency, &utilities, urges);
-        w.bias(&utilities, &vec![-0.7; operators]);
-        impatience(w, phases, &control.elapsed, Phase::Race as usize, &utilities);
-        let stir = w.biased("stir", operators, 0.5 - STIRRED);
-        let chance = w.noisy("chance", operators, STIR_NOISE, STIR_MS);
-        w.link(&control.restless, &chance, spread(0, operators, STIRRED));
-        w.link_by(&chance, &stir, each(operators, 1.0), Synapse::lowpass_ms(STIR_MS));
-        w.link(&stir, &utilities, each(operators, STIRS));
         let turns = Turns {
-            race: Phase::Race as usize,
+            race: race_phase,
             check: Phase::Check as usize,
             clear: &[Phase::Settle as usize, Phase::Start as usize, Phase::Back as usize],
             told: [Signal::Won as usize, Signal::Double as usize],
@@ -207,7 +187,7 @@ impl Module for ForwardGraph {
         let tree = memory(w, &layout, &rules, (phases, signals), &state, &winner);
         w.link(&tree.tabu, &eligible, each(operators, -1.5));
         for (name, source, when) in [
-            ("begin", &holds, &[Phase::Start as usize][..]),
+            ("begin", holds, &[Phase::Start as usize][..]),
             ("commit", &tree.child, &[Phase::Write as usize][..]),
             ("recall", &tree.recalled, &[Phase::Read as usize, Phase::Fetch as usize][..]),
         ] {
@@ -220,17 +200,15 @@ impl Module for ForwardGraph {
         };
         let links = [rules.needs(1.0), rules.adds(1.0)];
         let actions =
-            act(w, (&links[0], &links[1]), (phases, signals), &acting, &holds, &tree.shown);
+            act(w, (&links[0], &links[1]), (phases, signals), &acting, holds, &tree.shown);
 
-        let input = |scope: &mut Scope<'_>, name: &str, group: &Group| {
-            scope.input(name, group.input.clone())
-        };
+        let [ready, busy, holds, goal] = senses.inputs(w.scope);
         ForwardPorts {
             reach: w.reach(),
-            ready: input(w.scope, "ready", &ready),
-            busy: input(w.scope, "busy", &busy),
-            holds: input(w.scope, "holds", &holds),
-            goal: input(w.scope, "goal", &goal),
+            ready,
+            busy,
+            holds,
+            goal,
             actions: w.scope.output("actions", actions.out),
             phases: control.phases.out,
             state: state.out,

@@ -5,7 +5,7 @@ use super::graph::Progression;
 use crate::plan::goal_sets::wiring::{AND, Group, Weight, Wiring, each, gather, spread};
 use crate::sim::Real;
 
-/// Weight that no number of active inputs outweighs.
+/// Weight that fifty active inputs do not outweigh.
 const NEVER: Real = -60.0;
 /// Weight with which an operator and a fluent that is pending become its support, in a few milliseconds.
 const SUPPORT: Real = 1.7;

@@ -78,7 +78,7 @@ impl Experiment for Ipc {
             course => course?,
         };
         let length = problem.valid_length(course.plan());
-        let rules = by_rules(&problem, SLOTS, &mut seed.derive("", "rules").rng());
+        let rules = by_rules(&problem, self.setup.slots, &mut seed.derive("", "rules").rng());
         let actions = |length: Option<usize>| length.map_or(nan, |n| n as f64);
         let [unmet, begun] = unmet(&course);
         Ok(outcome([

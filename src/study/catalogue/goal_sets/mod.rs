@@ -42,7 +42,8 @@ const REVISION: u32 = 4;
 #[derive(Debug, Clone, PartialEq)]
 struct Setup {
     population: Population,
-    slots: usize,
+    /// Goal sets and states that are remembered; as many as the problem suggests if not given.
+    slots: Option<usize>,
     /// Greatest simulated time in milliseconds.
     limit_ms: u64,
     directions: Directions,
@@ -52,19 +53,19 @@ impl Setup {
     /// A planner of spiking neurons, which searches backward.
     fn spiking(slots: usize, limit_ms: u64) -> Self {
         let population = Population::Lif(LifSpec::default());
-        Self { population, slots, limit_ms, directions: Directions::Backward }
+        Self { population, slots: Some(slots), limit_ms, directions: Directions::Backward }
     }
 
-    /// A planner that searches both ways.
+    /// A planner that searches both ways, with as many slots as each problem suggests.
     fn both(self) -> Self {
-        Self { directions: Directions::Both, ..self }
+        Self { directions: Directions::Both, slots: None, ..self }
     }
 
     /// Returns the settings that outcomes depend on.
     fn settings(&self) -> Value {
         json!({
             "mode": self.population.to_string(), "slots": self.slots, "limit_ms": self.limit_ms, "motor_lock_ms": LOCK_MS,
-            "directions": format!("{:?}", self.directions).to_lowercase(),
+            "directions": self.directions.name(),
         })
     }
 
@@ -77,7 +78,7 @@ impl Setup {
         seed: Seed,
     ) -> Result<Course, TaskError> {
         let spec = GoalSetSpec {
-            slots: Some(self.slots),
+            slots: self.slots,
             directions: self.directions,
             count_spikes: false,
             limit: SimDuration::from_millis(self.limit_ms),
@@ -159,7 +160,9 @@ fn trial_of_length(
 
 /// Searches by the rules without neurons, with as many slots as the planner. Returns the length of the plan if one was found
 /// and is valid.
-fn by_rules(problem: &PlanningProblem, slots: usize, rng: &mut impl Rng) -> Option<usize> {
+fn by_rules(problem: &PlanningProblem, slots: Option<usize>, rng: &mut impl Rng) -> Option<usize> {
+    let [suggested, _] = crate::plan::goal_sets::slots(problem.grounded.fluents.len());
+    let slots = slots.unwrap_or(suggested);
     let rules = Regression::new(&problem.grounded);
     let set = |fluents: &[usize]| -> BTreeSet<usize> { fluents.iter().copied().collect() };
     let (start, goal) = (set(&problem.grounded.start), set(&problem.grounded.goal));
