@@ -3,6 +3,9 @@
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[cfg(feature = "mcap")]
+#[path = "../support/bags.rs"]
+mod bags;
 #[path = "../support/beside.rs"]
 mod beside;
 #[path = "../support/propositional.rs"]
@@ -28,6 +31,8 @@ mod goal_sets_in_scenes;
 mod ground;
 mod hostile;
 mod imports;
+#[cfg(feature = "mcap")]
+mod imports_of_bags;
 mod input;
 mod kinematics;
 mod learn_model;

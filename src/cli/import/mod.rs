@@ -21,8 +21,8 @@ use super::output::{Place, Progress, answer, answer_unless_quiet, use_threads};
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ImportArgs {
-    /// Logs: files, folders of CSV files, or patterns such as 'runs/*.csv';
-    /// - for standard input
+    /// Logs: files, folders of CSV, MCAP or HDF5 files, or patterns such as
+    /// 'runs/*.csv'; - for standard input
     #[arg(verbatim_doc_comment, required = true)]
     pub logs: Vec<PathBuf>,
     /// JSON file that says what the log means; --dry-run prints one
@@ -90,6 +90,12 @@ pub(crate) struct ReadingArgs {
     /// Column of the object's id, with one row a time and object
     #[arg(long, value_name = "COLUMN")]
     pub id: Option<String>,
+    /// Frame in which poses are taken, in logs with several frames
+    #[arg(long, value_name = "FRAME")]
+    pub reference: Option<String>,
+    /// Rows a second, in logs of arrays without times
+    #[arg(long, value_name = "HZ", value_parser = number::<f64>)]
+    pub rate: Option<f64>,
     /// Column of the gripper's width
     #[arg(long, value_name = "COLUMN")]
     pub width: Option<String>,
@@ -140,6 +146,11 @@ impl ReadingArgs {
         set(&mut mapping.session, &self.session);
         set(&mut mapping.sessions, &self.sessions);
         set(&mut mapping.gap_s, &self.gap);
+        set(&mut mapping.reference, &self.reference);
+        set(&mut mapping.rate_hz, &self.rate);
+        if let Some(rate) = self.rate.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
+            return Err(BadArgument::range("--rate", rate, "more than 0 Hz"));
+        }
         if let Some(gap) = self.gap.filter(|gap| !(*gap > 0.0 && gap.is_finite())) {
             return Err(BadArgument::range("--gap", gap, "more than 0 seconds"));
         }
@@ -173,15 +184,18 @@ impl ReadingArgs {
 /// Greatest number of files of one import, and of entries of a folder.
 const MOST_FILES: usize = 10_000;
 
+/// Patterns of the files of a folder that are logs.
+const LOGS: [&str; 4] = ["*.csv", "*.mcap", "*.h5", "*.hdf5"];
+
 /// Returns the files that the arguments name, in order.
 fn files(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     for log in logs {
         let name = log.file_name().map(|name| name.to_string_lossy().into_owned());
         let pattern = name.filter(|name| name.contains('*') && !log.exists());
-        let (folder, pattern) = match (log.is_dir(), pattern) {
-            (true, _) => (log.as_path(), "*.csv".to_owned()),
-            (false, Some(pattern)) => (log.parent().unwrap_or(Path::new("")), pattern),
+        let (folder, patterns) = match (log.is_dir(), pattern) {
+            (true, _) => (log.as_path(), LOGS.map(str::to_owned).to_vec()),
+            (false, Some(pattern)) => (log.parent().unwrap_or(Path::new("")), vec![pattern]),
             (false, None) => {
                 files.push(log.clone());
                 continue;
@@ -198,13 +212,15 @@ fn files(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
                 }
                 .into());
             }
-            if fits(&pattern, &entry.file_name().to_string_lossy()) {
+            let name = entry.file_name();
+            if patterns.iter().any(|pattern| fits(pattern, &name.to_string_lossy())) {
                 found.push(folder.join(entry.file_name()));
             }
         }
         if found.is_empty() {
+            let expected = patterns.join(", ");
             let problem =
-                format!("{}: no file fits; expected logs such as {pattern}", log.display());
+                format!("{}: no file fits; expected logs such as {expected}", log.display());
             bail!(BadArgument(problem));
         }
         found.sort();
@@ -233,7 +249,7 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     for file in files(&args.logs)? {
         progress.show(format!("reading {}", file.display()));
         let bytes = read_file(&file, Limit::LOG)?;
-        streams.add_csv(&file.display().to_string(), &bytes).map_err(TaskError::from)?;
+        streams.add(&file.display().to_string(), &bytes).map_err(TaskError::from)?;
     }
     progress.show("finding events".into());
     let imported = streams.finish().map_err(TaskError::from)?.import();

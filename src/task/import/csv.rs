@@ -155,7 +155,7 @@ fn decimal_comma(records: &[ByteRecord]) -> bool {
 }
 
 /// Where a file belongs: its session and part.
-fn place(streams: &Streams, name: &str) -> Option<(String, String)> {
+pub(super) fn place(streams: &Streams, name: &str) -> Option<(String, String)> {
     let pattern = streams.mapping.sessions.as_ref()?;
     let found = Pattern::captured(pattern, name)?;
     let value = |key: &str| found.iter().find(|(k, _)| k == key).map(|(_, v)| (*v).to_owned());
@@ -169,7 +169,7 @@ const ROLES: [&str; 14] = [
 ];
 
 /// Returns the session that a file's name gives without a pattern.
-fn session_of(name: &str) -> &str {
+pub(super) fn session_of(name: &str) -> &str {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     match stem.rsplit_once(['_', '-', '.']) {
         Some((session, role)) if ROLES.contains(&role.to_ascii_lowercase().as_str()) => session,
@@ -278,7 +278,7 @@ impl Streams {
     }
 
     /// Notes a guess, once for all files that give the same.
-    fn note(&mut self, guess: Guess) {
+    pub(super) fn note(&mut self, guess: Guess) {
         let same = |g: &&mut Guess| {
             g.what == guess.what && g.value == guess.value && g.reason == guess.reason
         };

@@ -148,7 +148,8 @@ impl Streams {
         for session in &mut sessions {
             session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
         }
-        let Self { guesses, dropped, unused, mut mapping, tables, .. } = self;
+        let Self { guesses, dropped, unused, mut mapping, tables, found, .. } = self;
+        found.write(&mut mapping);
         let alone = tables.len() == 1;
         mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
             files: if alone { String::new() } else { common(&files) },

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::logs::{DatasetMap, TopicMap};
 use super::pattern::Pattern;
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
@@ -267,6 +268,19 @@ pub struct Mapping {
     /// The tables. The first whose pattern matches the name of a file is used for it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableMap>,
+    /// The topics of logs of messages. The first whose pattern matches the name of a topic is used for it; if there is any,
+    /// other topics are not used.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub topics: Vec<TopicMap>,
+    /// Name of the frame in which poses are taken, in logs with several frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// The datasets of logs of arrays, for each group of sessions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub datasets: Vec<DatasetMap>,
+    /// Number of rows a second, in logs of arrays without times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
 }
 
 impl Mapping {
@@ -319,6 +333,7 @@ impl Mapping {
             return Err(fault(None, "gap_s", format!("it is {gap_s}"), "more than 0 seconds"));
         }
         let frames = mapping.tables.iter().filter_map(|table| table.frame.as_ref());
+        let frames = frames.chain(mapping.topics.iter().filter_map(|topic| topic.frame.as_ref()));
         for frame in mapping.frame.iter().chain(frames) {
             let norm = frame.orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
             if !((norm - 1.0).abs() < 1e-2 && frame.position.iter().all(|v| v.is_finite())) {
@@ -335,6 +350,9 @@ impl Mapping {
                     return Err(fault(None, &field, problem, "no, 3, 4 or 9 columns"));
                 }
             }
+        }
+        if let Some((field, problem, expected)) = mapping.fault_of_logs() {
+            return Err(fault(None, &field, problem, expected));
         }
         Ok(mapping)
     }

@@ -28,6 +28,7 @@ mod columns;
 mod csv;
 mod finish;
 mod layout;
+mod logs;
 mod mapping;
 mod moments;
 mod motion;
@@ -37,6 +38,7 @@ mod signals;
 mod streams;
 
 pub use finish::{Log, Session};
+pub use logs::{DatasetMap, PoseDatasets, Take, TopicMap};
 pub use mapping::{
     Angle, FORMAT, Handed, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap,
     TimeUnit, Up, VERSION,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
+use super::logs::Found;
 use super::mapping::{Length, Mapping, TableMap, TimeUnit};
 use crate::robot::Pose;
 
@@ -128,6 +129,8 @@ pub struct Streams {
     pub(super) tables: Vec<(TableMap, Vec<String>)>,
     /// Columns that are not used, by file.
     pub(super) unused: Vec<(String, Vec<String>)>,
+    /// What was found in logs that are no tables.
+    pub(super) found: Found,
 }
 
 impl Streams {
@@ -143,6 +146,7 @@ impl Streams {
             dropped: Vec::new(),
             tables: Vec::new(),
             unused: Vec::new(),
+            found: Found::default(),
         }
     }
 

@@ -1,0 +1,122 @@
+//! What the mapping says of logs that hold streams by name: topics of messages, and datasets of arrays.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::super::mapping::Mapping;
+use crate::robot::Pose;
+
+/// What is taken from the messages of a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Take {
+    /// Poses, transforms, detections or markers, by the type of the messages.
+    #[default]
+    #[serde(rename = "poses")]
+    Poses,
+    /// The width of the gripper: a number, or the sum of the positions of its joints.
+    #[serde(rename = "width")]
+    Width,
+    /// Whether the gripper holds something.
+    #[serde(rename = "grasp")]
+    Grasp,
+}
+
+/// How to read the topics of a log of messages whose names match a pattern.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TopicMap {
+    /// Pattern of topics; `*` stands for any text.
+    pub topic: String,
+    /// What is taken from it.
+    pub take: Take,
+    /// Id of the object, where the messages hold the pose of one object.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// Patterns of the objects to take, where the messages name several. Empty: all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<String>,
+    /// Patterns of the joints whose positions add up to the width. Empty: those that are named finger or gripper.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<String>,
+    /// Whether the gripper closes as the number grows, or the flag says that it is open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub invert: Option<bool>,
+    /// Pose in the world of the frame in which the topic gives poses, in metres. Transforms are not asked for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<Pose>,
+}
+
+/// Datasets that hold the pose of one object, or of several of a kind.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseDatasets {
+    /// Dataset of positions: times × 3, or times × objects × 3. With the orientation: times × 7, or matrices, times × 4 × 4.
+    pub position: String,
+    /// Dataset of orientations: times × 4 in the mapping's order, times × 3, or times × 3 × 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<String>,
+}
+
+/// How to read a log of arrays. Datasets are given by their path in the group.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DatasetMap {
+    /// Pattern of the groups that are sessions, such as `data/demo_*`. Empty: the whole file is one session.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub group: String,
+    /// Dataset of times. Without it, rows are as far apart as `rate_hz` says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<String>,
+    /// Datasets of each object, by id. `*` in an id stands for the number of the object, where there are several.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub objects: BTreeMap<String, PoseDatasets>,
+    /// Dataset of the gripper's width: times, or times × fingers, whose distances add up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<String>,
+    /// Dataset that says whether the gripper holds something.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grasp: Option<String>,
+}
+
+/// What was found in logs without a mapping, to be written into one.
+#[derive(Debug, Default)]
+pub(in crate::task::import) struct Found {
+    pub topics: Vec<TopicMap>,
+    pub datasets: Vec<DatasetMap>,
+    /// The frames of reference, one if all files have the same.
+    pub references: Vec<String>,
+}
+
+impl Found {
+    /// Writes what was found into the mapping that found it.
+    pub fn write(self, mapping: &mut Mapping) {
+        if mapping.topics.is_empty() {
+            mapping.topics = self.topics;
+        }
+        if mapping.datasets.is_empty() {
+            mapping.datasets = self.datasets;
+        }
+        if let ([reference], None) = (&*self.references, &mapping.reference) {
+            mapping.reference = Some(reference.clone());
+        }
+    }
+}
+
+impl Mapping {
+    /// Returns what is wrong with the parts about logs: the field, the problem and what was expected.
+    pub(in crate::task::import) fn fault_of_logs(&self) -> Option<(String, String, &'static str)> {
+        for (index, topic) in self.topics.iter().enumerate() {
+            if topic.topic.is_empty() {
+                let expected = "the name of a topic, or a pattern such as /objects/*";
+                return Some((format!("topics[{index}].topic"), "it is empty".into(), expected));
+            }
+        }
+        if let Some(rate) = self.rate_hz
+            && !(rate > 0.0 && rate.is_finite())
+        {
+            return Some(("rate_hz".into(), format!("it is {rate}"), "more than 0 Hz"));
+        }
+        None
+    }
+}

@@ -1,0 +1,443 @@
+//! Reads MCAP logs: their records, channels and messages. What the messages say goes into the streams by topic.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ::mcap::records::{ChunkHeader, Record, op};
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::{MAGIC, McapError, parse_record};
+
+use super::super::csv::MOST_ROWS;
+use super::super::streams::Streams;
+use super::cdr::{Form, Schema, Value, decode};
+use super::frames::{Frames, Item, NO_FRAME, Names, What};
+use super::messages::{Reading, Shape, read};
+use super::sink::{fault, unit};
+use super::topics::{Meaning, Topic};
+use crate::robot::Pose;
+use crate::task::error::InputFault;
+
+/// Greatest number of bytes of a record in a chunk, and of all records together once they are decompressed.
+const MOST_RECORD: usize = 64 << 20;
+const MOST_BYTES: u64 = 8 << 30;
+/// Greatest number of bytes of a message that is used, and of a schema.
+const MOST_MESSAGE: usize = 16 << 20;
+const MOST_SCHEMA: usize = 1 << 20;
+/// Greatest number of frames, of objects and of topics.
+const MOST_FRAMES: usize = 2_000;
+const MOST_OBJECTS: usize = 20_000;
+const MOST_TOPICS: usize = 10_000;
+/// Number of messages of which the clocks are compared.
+const LOOK: usize = 10_000;
+
+/// How the messages of a channel are read.
+#[derive(Clone)]
+enum Coding {
+    Bytes(Arc<Schema>, Form),
+    Json,
+}
+
+struct Channel {
+    topic: usize,
+    coding: Option<Coding>,
+}
+
+/// A log while it is read.
+pub(super) struct Bag<'a> {
+    pub file: &'a str,
+    pub topics: Vec<Topic>,
+    pub frame_names: Names,
+    pub objects: Names,
+    pub frames: Frames,
+    pub items: Vec<Item>,
+    /// What the time of the log is ahead of that of the messages, in nanoseconds.
+    pub ahead: Vec<i64>,
+    schemas: HashMap<u16, (String, String, Vec<u8>)>,
+    parsed: HashMap<u16, Arc<Schema>>,
+    channels: HashMap<u16, Channel>,
+    bytes: u64,
+    values: u64,
+}
+
+type Visit<'v> = dyn FnMut(u8, &[u8]) -> Result<(), InputFault> + 'v;
+
+/// Calls `visit` with the records of a log, one after the other, chunks opened. `base` is where the bytes begin in the file.
+fn records(file: &str, bytes: &[u8], base: Option<usize>, visit: &mut Visit<'_>) -> Result<bool, InputFault> {
+    let mut at = 0;
+    let mut ended = false;
+    while at < bytes.len() {
+        let place = base.map_or("in a chunk".into(), |base| format!("at byte {}", base + at));
+        let head = bytes.get(at..at + 9).and_then(|head| head.split_first());
+        let Some((own, length)) = head else {
+            if ended {
+                break;
+            }
+            return Err(cut(file, &format!("it ends inside a record {place}")));
+        };
+        let length = length.try_into().map_or(u64::MAX, u64::from_le_bytes);
+        let end = usize::try_from(length).ok().and_then(|length| (at + 9).checked_add(length));
+        let Some(body) = end.and_then(|end| bytes.get(at + 9..end)) else {
+            let left = bytes.len() - at - 9;
+            let problem = format!("the record {place} has {length} bytes, and {left} are left");
+            return Err(cut(file, &problem));
+        };
+        let broken = |error: McapError| {
+            let problem = format!("the record {place} cannot be read: {}", words(&error));
+            fault(file, "", problem, "a whole MCAP log")
+        };
+        if *own == op::CHUNK && base.is_some() {
+            match parse_record(op::CHUNK, body).map_err(broken)? {
+                Record::Chunk { header, data } if header.compression.is_empty() => {
+                    let crc = header.uncompressed_crc;
+                    if crc != 0 && crc32fast::hash(&data) != crc {
+                        let problem = format!("the chunk {place} has another checksum than its bytes");
+                        return Err(fault(file, "", problem, "a whole MCAP log"));
+                    }
+                    records(file, &data, None, visit)?;
+                }
+                Record::Chunk { header, .. } => {
+                    let whole = &bytes[at..at + 9 + body.len()];
+                    chunk(file, whole, &header, &place, visit)?;
+                }
+                _ => {}
+            }
+        } else {
+            visit(*own, body)?;
+        }
+        at += 9 + body.len();
+        if matches!(*own, op::DATA_END | op::FOOTER) {
+            ended = true;
+            if *own == op::FOOTER {
+                break;
+            }
+        }
+    }
+    Ok(ended)
+}
+
+fn cut(file: &str, problem: &str) -> InputFault {
+    fault(file, "", problem, "a whole MCAP log; `mcap recover` saves what a cut one holds")
+}
+
+/// Returns an error with its cause.
+fn words(error: &McapError) -> String {
+    let cause = std::error::Error::source(error).map(|cause| format!(": {cause}"));
+    let text = format!("{error}{}", cause.unwrap_or_default());
+    text.lines().map(str::trim).collect::<Vec<_>>().join(" ").chars().take(200).collect()
+}
+
+/// Opens a compressed chunk. `whole` is its record.
+fn chunk(
+    file: &str,
+    whole: &[u8],
+    header: &ChunkHeader,
+    place: &str,
+    visit: &mut Visit<'_>,
+) -> Result<(), InputFault> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_validate_chunk_crcs(true)
+        .with_record_length_limit(MOST_RECORD);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut rest = whole;
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let size = wanted.min(rest.len());
+                let (taken, behind) = rest.split_at(size);
+                reader.insert(size).copy_from_slice(taken);
+                reader.notify_read(size);
+                rest = behind;
+            }
+            Ok(LinearReadEvent::Record { data, opcode }) => visit(opcode, data)?,
+            Err(McapError::UnsupportedCompression(name)) => {
+                let problem = format!("the chunk {place} is compressed by `{name}`");
+                return Err(fault(file, "", problem, "chunks compressed by zstd or lz4, or not"));
+            }
+            Err(error) => {
+                let compression = &header.compression;
+                let problem = format!(
+                    "the chunk {place}, compressed by {compression}, cannot be read: {}",
+                    words(&error)
+                );
+                return Err(fault(file, "", problem, "a whole MCAP log"));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Streams {
+    /// Adds the messages of an MCAP log.
+    ///
+    /// # Errors
+    /// [`InputFault`] with the topic and the message, or the place in the file, of the first fault.
+    pub(super) fn add_mcap(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
+        let mut bag = Bag {
+            file,
+            topics: Vec::new(),
+            frame_names: Names::default(),
+            objects: Names::default(),
+            frames: Frames::default(),
+            items: Vec::new(),
+            ahead: Vec::new(),
+            schemas: HashMap::new(),
+            parsed: HashMap::new(),
+            channels: HashMap::new(),
+            bytes: 0,
+            values: 0,
+        };
+        bag.frame_names.number("");
+        bag.frames.used(NO_FRAME);
+        let start = MAGIC.len();
+        let mut visit = |own: u8, body: &[u8]| bag.record(self, own, body);
+        let ended = records(file, &bytes[start..], Some(start), &mut visit)?;
+        if !ended {
+            return Err(cut(file, "it has no end"));
+        }
+        bag.feed(self)
+    }
+}
+
+impl Bag<'_> {
+    pub fn fault(&self, topic: &str, problem: String, expected: &str) -> InputFault {
+        fault(self.file, topic, problem, expected)
+    }
+
+    fn record(&mut self, into: &mut Streams, own: u8, body: &[u8]) -> Result<(), InputFault> {
+        self.bytes += body.len() as u64 + 9;
+        if self.bytes > MOST_BYTES {
+            let problem = "it has more than 8 GiB of records".to_owned();
+            return Err(self.fault("", problem, "a log with fewer topics or a shorter one"));
+        }
+        if !matches!(own, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+            return Ok(());
+        }
+        let record = parse_record(own, body).map_err(|error| {
+            let problem = format!("a record cannot be read: {}", words(&error));
+            self.fault("", problem, "a whole MCAP log")
+        })?;
+        match record {
+            Record::Schema { header, data } => {
+                let schema = (header.name, header.encoding, data.into_owned());
+                match self.schemas.get(&header.id) {
+                    Some(known) if *known != schema => {
+                        let problem = format!("two schemas have the number {}", header.id);
+                        return Err(self.fault("", problem, "one schema for each number"));
+                    }
+                    Some(_) => {}
+                    None => drop(self.schemas.insert(header.id, schema)),
+                }
+                Ok(())
+            }
+            Record::Channel(channel) => {
+                if self.channels.contains_key(&channel.id) {
+                    return Ok(());
+                }
+                let (id, encoding) = (channel.id, channel.message_encoding);
+                self.channel(into, id, channel.schema_id, &channel.topic, &encoding)
+            }
+            Record::Message { header, data } => {
+                let Some(channel) = self.channels.get(&header.channel_id) else {
+                    let problem = format!("a message is of the unknown channel {}", header.channel_id);
+                    return Err(self.fault("", problem, "a channel before its messages"));
+                };
+                let topic = channel.topic;
+                self.topics[topic].count += 1;
+                match channel.coding.clone() {
+                    Some(coding) => self.message(topic, &coding, header.log_time, &data),
+                    None => Ok(()),
+                }
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn channel(
+        &mut self,
+        into: &mut Streams,
+        id: u16,
+        schema: u16,
+        name: &str,
+        encoding: &str,
+    ) -> Result<(), InputFault> {
+        let (kind, language, text) = self.schemas.get(&schema).map_or(("", "", &[][..]), |s| {
+            (s.0.as_str(), s.1.as_str(), &*s.2)
+        });
+        let at = self.topics.iter().position(|topic| topic.name == name && topic.kind == kind);
+        let at = at.unwrap_or_else(|| {
+            let mut topic = Topic::of(name, kind, &into.mapping);
+            if self.topics.iter().any(|known| known.base == topic.base) {
+                topic.spell_out();
+            }
+            self.topics.push(topic);
+            self.topics.len() - 1
+        });
+        if self.topics.len() > MOST_TOPICS {
+            return Err(self.fault(name, "it has too many topics".into(), "at most 10,000"));
+        }
+        let topic = &mut self.topics[at];
+        let mut coding = None;
+        if topic.meaning.is_some() {
+            let form = match (encoding, language) {
+                ("cdr", "ros2msg") => Some(Form::Cdr),
+                ("ros1", "ros1msg") => Some(Form::Ros1),
+                _ => None,
+            };
+            match (form, encoding) {
+                (Some(form), _) => {
+                    let parsed = match self.parsed.get(&schema) {
+                        Some(parsed) => parsed.clone(),
+                        None => {
+                            let parsed = match text.len() > MOST_SCHEMA {
+                                true => Err("its schema has more than 1 MiB".into()),
+                                false => Schema::parse(kind, &String::from_utf8_lossy(text)),
+                            };
+                            let expected = "a definition of the message in ros2msg";
+                            Arc::new(parsed.map_err(|why| fault(self.file, name, why, expected))?)
+                        }
+                    };
+                    self.parsed.insert(schema, parsed.clone());
+                    coding = Some(Coding::Bytes(parsed, form));
+                }
+                (None, "json") => coding = Some(Coding::Json),
+                (None, _) => {
+                    let problem = format!(
+                        "its messages are written as `{encoding}` with a schema in `{language}`"
+                    );
+                    let expected =
+                        "cdr with ros2msg, ros1 with ros1msg or json, or the topic under `ignore`";
+                    return Err(fault(self.file, name, problem, expected));
+                }
+            }
+        }
+        self.channels.insert(id, Channel { topic: at, coding });
+        Ok(())
+    }
+
+    fn message(
+        &mut self,
+        at: usize,
+        coding: &Coding,
+        log_time: u64,
+        data: &[u8],
+    ) -> Result<(), InputFault> {
+        let (count, name) = (self.topics[at].count, self.topics[at].name.clone());
+        let file = self.file;
+        let bad = |problem: String, expected: &str| {
+            fault(file, &name, format!("message {count} {problem}"), expected)
+        };
+        if data.len() > MOST_MESSAGE {
+            return Err(bad(format!("has {} bytes", data.len()), "at most 16 MiB"));
+        }
+        let json: serde_json::Value;
+        let value = match coding {
+            Coding::Bytes(schema, form) => decode(schema, *form, data)
+                .map_err(|problem| bad(problem, "what its schema describes"))?,
+            Coding::Json => {
+                json = serde_json::from_slice(data)
+                    .map_err(|error| bad(format!("is no JSON: {error}"), "an object in JSON"))?;
+                Value::of_json(&json)
+            }
+        };
+        let log_time = i64::try_from(log_time).unwrap_or(i64::MAX);
+        let topic = &mut self.topics[at];
+        let (Some(shape), Some(meaning)) = (topic.shape, topic.meaning) else { return Ok(()) };
+        let (mut told, mut failed) = (0u64, None);
+        let joints = &topic.map.joints;
+        let joint = |name: &str| super::topics::is_finger(joints, name);
+        let mut found_joints: Vec<String> = Vec::new();
+        if shape == Shape::Joints && topic.joints.is_empty() {
+            let names = value.get("name").map_or(&[][..], Value::list);
+            let names = names.iter().filter_map(|name| Some(name.text()?.into_owned()));
+            found_joints = names.filter(|name| joint(name)).collect();
+        }
+        let fixed = topic.fixed;
+        let mut readings = Vec::new();
+        read(shape, &value, &joint, &mut |stamp, reading| readings.push((stamp, reading)));
+        for (stamp, reading) in readings {
+            if let Some(stamp) = stamp
+                && self.ahead.len() < LOOK
+                && !fixed
+            {
+                self.ahead.push(log_time.saturating_sub(stamp));
+            }
+            let topic = &mut self.topics[at];
+            topic.stamped |= stamp.is_some();
+            let t = stamp.unwrap_or(log_time);
+            let turned = |pose: Pose| -> Result<Pose, String> {
+                Ok(Pose { orientation: unit(pose.orientation)?, ..pose })
+            };
+            told += 1;
+            match reading {
+                Reading::Signal(value) => {
+                    if meaning != Meaning::Poses {
+                        topic.signal.push((t, value));
+                    }
+                }
+                Reading::Unseen => topic.unseen += 1,
+                _ if meaning != Meaning::Poses => {}
+                Reading::Edge { parent, child, pose } => {
+                    let tree = shape == Shape::Transforms || topic.tree;
+                    let (parent_text, child_text) = (parent, child);
+                    match turned(pose) {
+                        Ok(pose) if pose.orientation[3].is_nan() => topic.unseen += 1,
+                        Ok(pose) => {
+                            let parent = self.frame_names.number(parent_text);
+                            let what = if tree {
+                                let child = self.frame_names.number(child_text);
+                                topic.frames.insert(child);
+                                self.frames.edge(child, parent, fixed);
+                                What::Edge { child, parent, fixed }
+                            } else {
+                                let object = self.objects.number(&topic.id(child_text));
+                                self.frames.used(parent);
+                                What::Pose { object, frame: parent }
+                            };
+                            self.items.push(Item { t, topic: at as u32, what, pose });
+                        }
+                        Err(problem) => failed = Some((child_text.to_owned(), problem)),
+                    }
+                }
+                Reading::Pose { id, kind, frame, pose } => {
+                    let id = topic.id(&id);
+                    match turned(pose) {
+                        Ok(pose) => {
+                            let object = self.objects.number(&id);
+                            if let Some(kind) = kind {
+                                topic.kinds.entry(object).or_insert(kind);
+                            }
+                            let frame = self.frame_names.number(frame);
+                            self.frames.used(frame);
+                            let what = What::Pose { object, frame };
+                            self.items.push(Item { t, topic: at as u32, what, pose });
+                        }
+                        Err(problem) => failed = Some((id, problem)),
+                    }
+                }
+            }
+        }
+        let topic = &mut self.topics[at];
+        if topic.joints.is_empty() {
+            topic.joints = found_joints;
+        }
+        if let Some((id, problem)) = failed {
+            let problem = format!("gives `{id}` an orientation, and {problem}");
+            return Err(bad(problem, "a unit quaternion x, y, z, w"));
+        }
+        self.values += told;
+        let name = &self.topics[at].name;
+        if self.values > MOST_ROWS {
+            return Err(self.fault(name, "the log has too many poses".into(), "at most 20 million"));
+        }
+        if self.frame_names.list.len() > MOST_FRAMES {
+            return Err(self.fault(name, "the log has too many frames".into(), "at most 2,000"));
+        }
+        if self.objects.list.len() > MOST_OBJECTS {
+            return Err(self.fault(name, "the log has too many objects".into(), "at most 20,000"));
+        }
+        Ok(())
+    }
+}
+

@@ -1,0 +1,113 @@
+//! Puts poses and signals of a log into the streams, as the rows of a table are.
+
+use super::super::csv::{MOST_ROWS, place, session_of};
+use super::super::mapping::TimeUnit;
+use super::super::streams::{Guess, Sample, Source, Streams};
+use crate::robot::Pose;
+use crate::task::error::InputFault;
+use crate::task::recording::MAX_NAME;
+
+/// A fault in a log that has no lines. `field` names the topic or the dataset.
+pub(super) fn fault(
+    file: &str,
+    field: &str,
+    problem: impl Into<String>,
+    expected: impl Into<String>,
+) -> InputFault {
+    let (file, field) = (file.into(), field.into());
+    InputFault { file, line: None, field, problem: problem.into(), expected: expected.into() }
+}
+
+/// Returns a unit quaternion; one that was not seen if all numbers are zero.
+///
+/// # Errors
+/// What is wrong, in words, if the norm is not about 1.
+pub(super) fn unit(q: [f64; 4]) -> Result<[f64; 4], String> {
+    let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if norm < 1e-6 {
+        return Ok(Sample::UNSEEN);
+    }
+    if !(0.9..1.1).contains(&norm) {
+        return Err(format!("the quaternion has the norm {norm:.3}"));
+    }
+    Ok(q.map(|v| v / norm))
+}
+
+impl Streams {
+    /// Notes a guess, once for all files that give the same.
+    pub(super) fn suppose(&mut self, file: &str, what: &str, value: &str, reason: String) {
+        let (what, value, file) = (what.into(), value.into(), file.into());
+        self.note(Guess { what, value, reason, file });
+    }
+
+    /// Returns the session and the part to which a file belongs.
+    pub(super) fn place_of(&self, file: &str) -> Result<(String, String), InputFault> {
+        let name = file.rsplit('/').next().unwrap_or(file);
+        match (place(self, name), &self.mapping.sessions) {
+            (Some(place), _) => Ok(place),
+            (None, Some(pattern)) => {
+                let problem = "its name does not fit the pattern of `sessions` in the mapping";
+                Err(fault(file, "", problem, pattern))
+            }
+            (None, None) => Ok((session_of(name).to_owned(), String::new())),
+        }
+    }
+
+    /// Adds a source of poses in seconds.
+    pub(super) fn source(&mut self, file: &str, frame: Option<Pose>) -> u32 {
+        self.sources.push(Source {
+            file: file.into(),
+            length: self.mapping.length,
+            time: Some(TimeUnit::Second),
+            frame: frame.or(self.mapping.frame),
+            row_of: None,
+            extent: [f64::INFINITY, f64::NEG_INFINITY],
+            times: Vec::new(),
+            rows: 0,
+        });
+        self.sources.len() as u32 - 1
+    }
+
+    /// Returns the track of an object in a part. `field` is where its name stands.
+    ///
+    /// # Errors
+    /// [`InputFault`] if the name is empty or too long.
+    pub(super) fn named_track(
+        &mut self,
+        part: usize,
+        id: &str,
+        file: &str,
+        field: &str,
+    ) -> Result<usize, InputFault> {
+        let length = id.chars().count();
+        if length == 0 || length > MAX_NAME {
+            let problem = format!("the name of an object has {length} characters");
+            return Err(fault(file, field, problem, "1 to 200 characters"));
+        }
+        Ok(self.track(part, id))
+    }
+
+    /// Adds a pose at a time in seconds.
+    ///
+    /// # Errors
+    /// [`InputFault`] if there are too many.
+    pub(super) fn push(
+        &mut self,
+        [part, track]: [usize; 2],
+        source: u32,
+        t: f64,
+        pose: &Pose,
+    ) -> Result<(), InputFault> {
+        let own = &mut self.sources[source as usize];
+        own.rows += 1;
+        if own.rows > MOST_ROWS {
+            return Err(fault(&own.file, "", "it has too many poses", "at most 20 million"));
+        }
+        for value in pose.position {
+            own.extent = [own.extent[0].min(value), own.extent[1].max(value)];
+        }
+        let Pose { position, orientation } = *pose;
+        self.parts[part].tracks[track].samples.push(Sample { t, position, orientation, source });
+        Ok(())
+    }
+}

@@ -1,0 +1,436 @@
+//! Logs of ROS 2 in MCAP: the same recording as from a table, frames that hang on one another, and what is refused.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use symbolt::sim::Seed;
+use symbolt::task::import::{Imported, Mapping, Streams};
+use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
+use symbolt::task::{InputFault, Recording};
+
+use crate::bags::{
+    Cdr, Message, Numbers, Packing, bag, bag_in, detections, joints, pose_stamped, transforms,
+};
+use crate::streams::{Sampling, Shown, log};
+
+fn import(mapping: &str, files: &[(&str, &[u8])]) -> Result<Imported, InputFault> {
+    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
+    let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "map.json")?);
+    for (name, bytes) in files {
+        streams.add(name, bytes)?;
+    }
+    Ok(streams.finish()?.import())
+}
+
+fn refused(mapping: &str, bytes: &[u8]) -> String {
+    import(mapping, &[("a.mcap", bytes)]).expect_err("it is refused").to_string()
+}
+
+/// A row of a table: time in nanoseconds, id, pose, width.
+#[derive(Clone)]
+struct Row {
+    t: u64,
+    text: String,
+    id: String,
+    pose: Numbers,
+    width: Option<f64>,
+}
+
+/// The rows of a demonstration, as its table has them.
+fn rows(seed: u64, shown: Shown, rate_hz: f64) -> Vec<Row> {
+    let demonstrations = SyntheticDemonstrations {
+        demos: 1,
+        nuts: 2,
+        bolts: 2,
+        order: Order::Either,
+        fail_rate: 0.0,
+        loss_rate: 0.0,
+        knock_rate: 0.0,
+        events: true,
+    };
+    let exact = demonstrations.record(Seed::new(seed)).expect("it is recorded").recording;
+    let sampling = Sampling { rate_hz, noise_m: 1e-3, noise_deg: 1.0, lost: 0.02, shown };
+    let (text, _) = log(&exact, &sampling, seed);
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let number = |at: usize| cells[at].parse::<f64>().expect("a number");
+        Row {
+            t: (number(1) * 1e9).round() as u64,
+            text: cells[1..11].join(","),
+            id: cells[2].to_owned(),
+            pose: [3, 4, 5, 6, 7, 8, 9].map(number),
+            width: cells[10].parse().ok(),
+        }
+    };
+    text.lines().skip(1).filter(|line| !line.contains(",-0.")|| line.split(',').nth(1).is_some_and(|t| !t.starts_with('-'))).map(row).collect()
+}
+
+fn table(rows: &[Row]) -> String {
+    let lines = rows.iter().map(|row| row.text.clone() + "\n");
+    "time,id,x,y,z,qx,qy,qz,qw,width\n".to_owned() + &lines.collect::<String>()
+}
+
+fn by_time(rows: &[Row]) -> Vec<&[Row]> {
+    rows.chunk_by(|a, b| a.t == b.t).collect()
+}
+
+const TF: (&str, &str) = ("/tf", "tf2_msgs/msg/TFMessage");
+
+fn message(topic: &str, kind: &'static str, t: u64, data: Vec<u8>) -> Message {
+    // The log is a little later than the stamps.
+    (topic.to_owned(), kind, t + 3_000_000, data)
+}
+
+/// The rows as transforms alone.
+fn as_transforms(rows: &[Row]) -> Vec<Message> {
+    let group = |group: &&[Row]| {
+        let edges: Vec<_> = group.iter().map(|row| ("world", &*row.id, row.pose)).collect();
+        message(TF.0, TF.1, group[0].t, transforms(group[0].t, &edges))
+    };
+    by_time(rows).iter().map(group).collect()
+}
+
+/// The rows as detections of objects, and poses of the hand.
+fn as_detections(rows: &[Row]) -> Vec<Message> {
+    let group = |group: &&[Row]| {
+        let t = group[0].t;
+        let (hand, objects): (Vec<&Row>, Vec<&Row>) = group.iter().partition(|row| row.id == "hand");
+        let all: Vec<_> = objects
+            .iter()
+            .map(|row| (&*row.id, row.id.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_'), row.pose))
+            .collect();
+        let seen = (!all.is_empty()).then(|| {
+            message("/objects/detections", "vision_msgs/msg/Detection3DArray", t, detections(t, "world", &all))
+        });
+        let hand = hand.into_iter().map(move |row| {
+            message("/robot/hand/pose", "geometry_msgs/msg/PoseStamped", t, pose_stamped(t, "world", &row.pose))
+        });
+        seen.into_iter().chain(hand).collect::<Vec<_>>()
+    };
+    by_time(rows).iter().flat_map(group).collect()
+}
+
+/// The rows as a topic for each object, with the joints of a gripper.
+fn as_poses(rows: &[Row]) -> Vec<Message> {
+    let one = |row: &Row| {
+        let pose = pose_stamped(row.t, "world", &row.pose);
+        let own = message(&format!("/{}/pose", row.id), "geometry_msgs/msg/PoseStamped", row.t, pose);
+        let joint = row.width.map(|width| {
+            let all = [("arm_joint1", 0.7), ("finger_joint1", width / 2.0), ("finger_joint2", width / 2.0)];
+            message("/joint_states", "sensor_msgs/msg/JointState", row.t, joints(row.t, &all))
+        });
+        [Some(own), joint].into_iter().flatten().collect::<Vec<_>>()
+    };
+    rows.iter().flat_map(one).collect()
+}
+
+fn text(found: &Imported) -> String {
+    found.recording.to_jsonl(None).expect("it is written")
+}
+
+#[test]
+fn a_bag_gives_the_same_recording_as_a_table() {
+    let packings = [Packing::Zstd, Packing::Lz4, Packing::Chunks, Packing::Plain];
+    for (seed, packing) in packings.into_iter().enumerate() {
+        let held = rows(seed as u64, Shown::Hand, 40.0);
+        // Objects at 20 Hz, the hand at each time.
+        let times: Vec<u64> = by_time(&held).iter().map(|group| group[0].t).collect();
+        let even = |t: u64| times.iter().position(|own| *own == t).is_some_and(|at| at % 2 == 0);
+        let sparse: Vec<Row> =
+            held.iter().filter(|row| row.id == "hand" || even(row.t)).cloned().collect();
+        let wide = rows(seed as u64 + 10, Shown::Width, 30.0);
+        type Write = fn(&[Row]) -> Vec<Message>;
+        let cases: [(&str, &[Row], Write); 3] = [
+            ("transforms", &held, as_transforms),
+            ("detections", &sparse, as_detections),
+            ("poses", &wide, as_poses),
+        ];
+        for (name, rows, write) in cases {
+            let by_table = import("", &[("a.csv", table(rows).as_bytes())]).expect("imported");
+            let bytes = bag(packing, &write(rows));
+            let by_bag = import("", &[("a.mcap", &bytes)]).expect("imported");
+            assert_eq!(by_table.moments.len(), by_bag.moments.len(), "{name} {packing:?}");
+            assert!(by_bag.moments.len() >= 4, "{name}: {:?}", by_bag.moments);
+            assert_eq!(text(&by_table), text(&by_bag), "{name} {packing:?}");
+            // What was guessed reads the same when it is said.
+            let mapping = by_bag.mapping.to_json().expect("a mapping");
+            let mapping = Mapping::parse(mapping.as_bytes(), "m.json").expect("a mapping");
+            assert!(!mapping.topics.is_empty(), "{mapping:?}");
+            let mut streams = Streams::new(mapping.clone());
+            streams.add("a.mcap", &bytes).expect("added");
+            let again = streams.finish().expect("finished").import();
+            assert_eq!((text(&again), again.mapping), (text(&by_bag), mapping), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_bag_with_another_pose_gives_another_recording() {
+    let rows = rows(1, Shown::Hand, 30.0);
+    let mut other = rows.clone();
+    other.iter_mut().filter(|row| row.id != "hand").for_each(|row| row.pose[0] += 0.01);
+    let own = import("", &[("a.mcap", &bag(Packing::Plain, &as_transforms(&rows)))]).expect("imported");
+    let other = import("", &[("a.mcap", &bag(Packing::Plain, &as_transforms(&other)))]).expect("imported");
+    assert_ne!(text(&own), text(&other));
+}
+
+fn numbers(pose: &Isometry3<f64>) -> Numbers {
+    let (at, q) = (pose.translation, pose.rotation);
+    [at.x, at.y, at.z, q.i, q.j, q.k, q.w]
+}
+
+/// A cup that is carried in the world, seen by a camera on a base that drives, with an arm whose hand holds it. Returns the
+/// log and the pose of the cup at each time.
+fn driven() -> (Vec<Message>, BTreeMap<u64, Isometry3<f64>>) {
+    let turn = |v: [f64; 3]| UnitQuaternion::from_scaled_axis(Vector3::from(v));
+    let camera = Isometry3::from_parts(Translation3::new(0.1, 0.2, 1.2), turn([2.0, 0.3, -0.4]));
+    let flange = Isometry3::from_parts(Translation3::new(0.0, 0.0, 0.1), turn([0.0, 0.0, 0.8]));
+    let shelf = Isometry3::translation(0.9, 0.4, 0.3);
+    let (mut messages, mut cups) = (Vec::new(), BTreeMap::new());
+    let still = [
+        ("base_link", "camera_link", numbers(&camera)),
+        ("wrist_link", "panda_hand", numbers(&flange)),
+        ("world", "shelf_1", numbers(&shelf)),
+        ("panda_hand", "panda_leftfinger", numbers(&Isometry3::translation(0.0, 0.04, 0.0))),
+    ];
+    messages.push(message("/tf_static", TF.1, 1_000, transforms(0, &still)));
+    for tick in 0..250u64 {
+        let t = 1_000_000_000 + tick * 40_000_000;
+        let s = tick as f64 * 0.04;
+        let base = Isometry3::from_parts(Translation3::new(0.02 * s, -0.01 * s, 0.0), turn([0.0, 0.0, 0.05 * s]));
+        let u = ((s - 4.0) / 2.0).clamp(0.0, 1.0);
+        let away = (4.0 - s).max(s - 6.3).max(0.0) * 0.05;
+        let cup = Isometry3::from_parts(Translation3::new(0.5 + 0.3 * u, 0.1, 0.02 + 0.1 * u), turn([0.0, 0.0, 0.6]));
+        let hand = Isometry3::translation(0.5 + 0.3 * u, 0.1, 0.1 + 0.1 * u + away);
+        let wrist = base.inverse() * hand * flange.inverse();
+        let edges = [("world", "base_link", numbers(&base)), ("base_link", "wrist_link", numbers(&wrist))];
+        messages.push(message(TF.0, TF.1, t, transforms(t, &edges)));
+        let seen = (base * camera).inverse() * cup;
+        let all = [("", "cup", numbers(&seen))];
+        let kind = "vision_msgs/msg/Detection3DArray";
+        messages.push(message("/detections", kind, t, detections(t, "camera_link", &all)));
+        messages.push(message("/camera/image", "sensor_msgs/msg/Image", t, Cdr::new().header(t, "camera_link").count(0).bytes()));
+        cups.insert(t, cup);
+    }
+    (messages, cups)
+}
+
+#[test]
+fn detections_of_a_camera_that_moves_are_in_the_frame_of_the_world() {
+    let (messages, cups) = driven();
+    let bytes = bag(Packing::Zstd, &messages);
+    let mut streams = Streams::new(Mapping::unknown());
+    streams.add("a.mcap", &bytes).expect("added");
+    let found = streams.finish().expect("finished");
+    let part = &found.sessions[0].parts[0];
+    let ids: Vec<&str> = part.tracks.iter().map(|track| &*track.id).collect();
+    assert_eq!(ids, ["cup_0", "shelf_1"], "{:?}", found.unused);
+    assert_eq!(part.hand.as_ref().map(|hand| &*hand.id), Some("panda_hand"));
+    let cup = &part.tracks[0];
+    assert_eq!((&*cup.kind, cup.samples.len()), ("cup", cups.len()));
+    for (sample, (t, truth)) in cup.samples.iter().zip(&cups) {
+        assert_eq!(sample.t, *t as f64 / 1e9);
+        let own = Isometry3::from_parts(
+            Translation3::from(Vector3::from(sample.position)),
+            UnitQuaternion::from_quaternion(Quaternion::from(sample.orientation)),
+        );
+        let off = truth.inverse() * own;
+        assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle() < 1e-6, "{off}");
+    }
+    let said = |what: &str, value: &str| {
+        found.guesses.iter().any(|g| g.what == what && g.value == value && !g.reason.is_empty())
+    };
+    assert!(said("reference", "world") && said("length", "m"), "{:?}", found.guesses);
+    let unused = found.unused[0].1.join("; ");
+    for name in ["/camera/image (sensor_msgs/msg/Image)", "panda_leftfinger", "base_link"] {
+        assert!(unused.contains(name), "{name}: {unused}");
+    }
+    let moments = found.import().moments;
+    let carried: Vec<(&str, f64)> = moments.iter().map(|m| (&*m.object, (m.t - 1.0).round())).collect();
+    assert_eq!(carried, [("cup_0", 4.0), ("cup_0", 6.0)]);
+    // The same in another frame: the cup moves with the base the other way.
+    let mapping = r#", "reference": "base_link""#;
+    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
+    let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "m.json").expect("a mapping"));
+    streams.add("a.mcap", &bytes).expect("added");
+    let found = streams.finish().expect("finished");
+    let shelf = found.sessions[0].parts[0].tracks.iter().find(|t| &*t.id == "shelf_1").expect("a shelf");
+    let (first, last) = (shelf.samples[0], shelf.samples[shelf.samples.len() - 1]);
+    let base = Isometry3::from_parts(
+        Translation3::new(0.02 * 9.96, -0.01 * 9.96, 0.0),
+        UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.05 * 9.96)),
+    );
+    let truth = (base.inverse() * Isometry3::translation(0.9, 0.4, 0.3)).translation.vector;
+    assert!((Vector3::from(last.position) - truth).norm() < 1e-9, "{last:?}");
+    assert!((first.position[1] - last.position[1]).abs() > 0.1, "{first:?}");
+    assert_eq!(shelf.samples.len(), cups.len());
+    assert!(refused(r#", "reference": "moon""#, &bytes).contains("no such frame is in the log; expected one of: "));
+}
+
+#[test]
+fn the_mapping_says_which_topics_are_taken_and_what_they_are() {
+    let rows = rows(2, Shown::Width, 30.0);
+    let mut messages = as_poses(&rows);
+    let noise = as_transforms(&rows);
+    messages.extend(noise);
+    for (index, row) in rows.iter().enumerate().step_by(5) {
+        let shut = Cdr::new().flag(index % 2 == 0).bytes();
+        messages.push(message("/gripper/is_open", "std_msgs/msg/Bool", row.t, shut));
+    }
+    let bytes = bag(Packing::Lz4, &messages);
+    let id = rows[0].id.clone();
+    let mapping = format!(
+        r#", "topics": [{{"topic": "/{id}/pose", "take": "poses", "object": "thing_7"}},
+        {{"topic": "/joint_states", "take": "width", "joints": ["finger_joint*"]}}]"#
+    );
+    let found = import(&mapping, &[("a.mcap", &bytes)]).expect("imported");
+    let ids: Vec<&str> = found.seen.iter().map(|seen| &*seen.id).collect();
+    assert_eq!(ids, ["thing_7"]);
+    assert!(found.unused[0].1.iter().any(|name| name.starts_with("/tf ")), "{:?}", found.unused);
+    // Without it, an object is taken from one topic, and a flag that is open is turned round.
+    let found = import("", &[("a.mcap", &bytes)]).expect("imported");
+    assert!(found.dropped.iter().any(|d| d.what.contains("which another topic gives")), "{:?}", found.dropped);
+    assert!(found.mapping.topics.iter().any(|t| t.topic == "/gripper/is_open" && t.invert == Some(true)));
+    for (mapping, expected) in [
+        (r#", "topics": [{"topic": "/nothing"}]"#, "field `/nothing`: there is no such topic; expected one of: "),
+        (r#", "topics": [{"topic": "/tf", "take": "width"}]"#, "field `/tf`: its type is `tf2_msgs/msg/TFMessage`; expected a number"),
+        (r#", "topics": [{"topic": ""}]"#, "map.json, field `topics[0].topic`: it is empty"),
+    ] {
+        let problem = refused(mapping, &bytes);
+        assert!(problem.contains(expected), "{problem}");
+    }
+}
+
+#[test]
+fn a_topic_without_stamps_is_put_on_the_clock_of_the_others() {
+    // The stamps are those of a simulation; the log has the time of day.
+    let rows = rows(3, Shown::Width, 30.0);
+    let day = 1_700_000_000_000_000_000;
+    let (mut stamped, mut plain) = (as_poses(&rows), Vec::new());
+    stamped.retain(|m| m.0 != "/joint_states");
+    stamped.iter_mut().for_each(|m| m.2 += day);
+    for row in &rows {
+        let width = Cdr::new().float(row.width.expect("a width") as f32).bytes();
+        plain.push(("/gripper/width".to_owned(), "std_msgs/msg/Float32", row.t + day + 3_000_000, width));
+    }
+    let by_table = import("", &[("a.csv", table(&rows).as_bytes())]).expect("imported");
+    let bytes = bag(Packing::Zstd, &[stamped, plain].concat());
+    let found = import("", &[("a.mcap", &bytes)]).expect("imported");
+    assert!(found.guesses.iter().any(|g| g.what == "clock"), "{:?}", found.guesses);
+    assert!(by_table.moments.len() >= 4);
+    let times = |found: &Imported| found.moments.iter().map(|m| (m.t * 20.0).round()).collect::<Vec<_>>();
+    assert_eq!(times(&found), times(&by_table));
+}
+
+#[test]
+fn messages_in_json_are_read() {
+    let mut messages = Vec::new();
+    for tick in 0..200u64 {
+        let t = tick * 50_000_000;
+        let u = ((tick as f64 * 0.05 - 4.0) / 2.0).clamp(0.0, 1.0);
+        for (topic, x, z) in [("/cup_1", 0.5 + 0.3 * u, 0.02 + 0.1 * u), ("/shelf", 0.9, 0.3)] {
+            let data = format!(
+                r#"{{"timestamp":{{"sec":{},"nsec":{}}},"frame_id":"map","pose":{{"position":{{"x":{x},"y":0.1,"z":{z}}},"orientation":{{"x":0,"y":0,"z":0,"w":1}}}}}}"#,
+                t / 1_000_000_000,
+                t % 1_000_000_000
+            );
+            messages.push((topic.to_owned(), "foxglove.PoseInFrame", t, data.into_bytes()));
+        }
+    }
+    let bytes = bag_in("jsonschema", "json", Packing::Zstd, &messages);
+    let found = import("", &[("a.mcap", &bytes)]).expect("imported");
+    let moments: Vec<(&str, f64)> = found.moments.iter().map(|m| (&*m.object, m.t.round())).collect();
+    assert_eq!(moments, [("cup_1", 4.0), ("cup_1", 6.0)]);
+    messages[100].3.truncate(30);
+    let bytes = bag_in("jsonschema", "json", Packing::Zstd, &messages);
+    assert!(refused("", &bytes).starts_with("a.mcap, field `/cup_1`: message 51 is no JSON"), "{}", refused("", &bytes));
+}
+
+#[test]
+fn faults_of_a_bag_name_the_topic_and_the_message() {
+    let rows = rows(4, Shown::Hand, 20.0);
+    let good = as_transforms(&rows);
+    let cut = |bytes: &[u8], end: usize| refused("", &bytes[..end]);
+    let bytes = bag(Packing::Zstd, &good);
+    for end in [9, 100, bytes.len() / 2] {
+        let problem = cut(&bytes, end);
+        assert!(problem.starts_with("a.mcap: ") && problem.contains("mcap recover"), "{problem}");
+    }
+    let mut short = good.clone();
+    short[2].3.truncate(60);
+    let problem = refused("", &bag(Packing::Chunks, &short));
+    assert!(problem.starts_with("a.mcap, field `/tf`: message 3 ends in `transforms[0]."), "{problem}");
+    let mut long = good.clone();
+    long[0].3 = transforms(long[0].2, &[("world", "nut_1", [0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])]);
+    let problem = refused("", &bag(Packing::Chunks, &long));
+    assert!(problem.contains("message 1 gives `nut_1` an orientation, and the quaternion has the norm 1.414"), "{problem}");
+    let idl = bag_in("ros2idl", "cdr", Packing::Plain, &good);
+    let problem = refused("", &idl);
+    assert!(problem.contains("field `/tf`: its messages are written as `cdr` with a schema in `ros2idl`; expected cdr with ros2msg"), "{problem}");
+    let protobuf = bag_in("protobuf", "protobuf", Packing::Plain, &good);
+    assert!(refused("", &protobuf).contains("`protobuf`"));
+    let image = Cdr::new().header(1, "").count(0).bytes();
+    let images = bag(Packing::Zstd, &[message("/image", "sensor_msgs/msg/Image", 1, image)]);
+    assert!(refused("", &images).contains("no topic is taken among /image (sensor_msgs/msg/Image)"));
+    // Two frames that nothing connects.
+    let pose = [0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0];
+    let two = ["map", "camera"].map(|frame| {
+        message(&format!("/{frame}/pose"), "geometry_msgs/msg/PoseStamped", 5, pose_stamped(5, frame, &pose))
+    });
+    assert!(refused("", &bag(Packing::Plain, &two)).contains("in the frames map and camera, which no transform connects"));
+    let both = [two.to_vec(), good.clone()].concat();
+    assert!(refused("", &bag(Packing::Plain, &both)).contains("which no transform connects to `world`"));
+    for (start, what) in [("#ROSBAG V2.0\n", "a bag of ROS 1"), ("SQLite format 3\0", "a bag in SQLite")] {
+        assert!(refused("", start.as_bytes()).contains(what));
+    }
+    // A chunk whose bytes were changed.
+    let mut changed = bag(Packing::Chunks, &good);
+    let middle = changed.len() / 3;
+    changed[middle] ^= 0x55;
+    assert!(!refused("", &changed).is_empty());
+}
+
+#[test]
+fn no_bytes_in_a_bag_make_the_import_panic_or_wait() {
+    let rows = rows(5, Shown::Width, 20.0);
+    let few: Vec<Row> = rows[..60].to_vec();
+    let mut messages = as_poses(&few);
+    messages.extend(as_transforms(&few));
+    messages.extend(as_detections(&few));
+    let packings = [Packing::Zstd, Packing::Lz4, Packing::Chunks, Packing::Plain];
+    let bags = packings.map(|packing| bag(packing, &messages));
+    for bytes in &bags {
+        import("", &[("a.mcap", bytes)]).expect("a good one is imported");
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let (mut taken, mut slowest) = (0, Duration::ZERO);
+    for case in 0..2_000 {
+        // Most changes in the two bags whose bytes reach the decoder.
+        let mut bytes = bags[[0, 1, 2, 3, 3, 3, 2, 3][case % 8]].clone();
+        for _ in 0..random.random_range(1..6) {
+            let at = random.random_range(0..bytes.len());
+            match random.random_range(0..4) {
+                0 => bytes[at] = 0xff,
+                1 => bytes[at] = 0,
+                _ => bytes[at] = random.random(),
+            }
+        }
+        if random.random_range(0..20) == 0 {
+            bytes.truncate(random.random_range(0..bytes.len()));
+        }
+        let began = Instant::now();
+        if let Ok(found) = import("", &[("a.mcap", &bytes)]) {
+            taken += 1;
+            let text = text(&found);
+            if found.recording.snapshot_count() > 0 {
+                assert!(Recording::parse(text.as_bytes(), "a.jsonl").is_ok());
+            }
+        }
+        slowest = slowest.max(began.elapsed());
+    }
+    assert!((50..1_950).contains(&taken), "{taken} were taken");
+    assert!(slowest < Duration::from_secs(2), "{slowest:?}");
+}
