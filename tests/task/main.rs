@@ -31,6 +31,8 @@ mod goal_sets_in_scenes;
 mod ground;
 mod hostile;
 mod imports;
+#[cfg(feature = "hdf5")]
+mod imports_of_arrays;
 #[cfg(feature = "mcap")]
 mod imports_of_bags;
 mod input;
