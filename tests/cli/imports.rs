@@ -106,3 +106,60 @@ fn what_cannot_be_read_is_refused_with_its_place() {
         assert!(err.contains(said), "{args:?} says {err}");
     }
 }
+
+#[cfg(not(feature = "mcap"))]
+#[test]
+fn a_build_without_the_feature_says_how_to_read_mcap() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Told by its first bytes, not by its name.
+    std::fs::write(folder.path().join("bag.csv"), b"\x89MCAP0\r\nrest").expect("written");
+    let (code, _, err) = run(folder.path(), &["import", "bag.csv"]);
+    assert_eq!(code, 2);
+    assert_eq!(
+        err.trim(),
+        "symbolt: bag.csv: it is an MCAP log, which this build does not read; expected a CSV log, or a build with `--features mcap`"
+    );
+}
+
+#[cfg(feature = "mcap")]
+#[test]
+fn a_folder_with_a_bag_is_imported_and_its_mapping_reads_the_same() {
+    use crate::bags::{Packing, bag, bag_in, pose_stamped, transforms};
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let mut messages = Vec::new();
+    for tick in 0..200u64 {
+        let t = 1_000_000_000 + tick * 50_000_000;
+        let u = ((tick as f64 * 0.05 - 4.0) / 2.0).clamp(0.0, 1.0);
+        let cup = [0.5 + 0.3 * u, 0.1, 0.02 + 0.1 * u, 0.0, 0.0, 0.0, 1.0];
+        let data = transforms(
+            t,
+            &[("map", "cup_1", cup), ("map", "shelf", [0.9, 0.4, 0.3, 0.0, 0.0, 0.0, 1.0])],
+        );
+        messages.push(("/tf".to_owned(), "tf2_msgs/msg/TFMessage", t, data));
+        let note = pose_stamped(t, "map", &cup);
+        messages.push(("/cup\u{1b}[31m/pose".to_owned(), "geometry_msgs/msg/PoseStamped", t, note));
+    }
+    std::fs::create_dir(at.join("bag")).expect("a folder");
+    std::fs::write(at.join("bag/metadata.yaml"), "rosbag2_bagfile_information:\n")
+        .expect("written");
+    std::fs::write(at.join("bag/bag_0.mcap"), bag(Packing::Zstd, &messages)).expect("written");
+    let (code, out, err) = run(at, &["import", "bag", "--dry-run", "--ignore", "/cup*"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        !out.contains('\u{1b}') && out.contains("guessed reference: map, because it is the root"),
+        "{out}"
+    );
+    let mapping = &out[out.find("\n{\n").expect("a mapping")..];
+    std::fs::write(at.join("m.json"), mapping).expect("written");
+    let (code, one, err) = run(at, &["import", "bag", "--map", "m.json", "--out", "-"]);
+    assert_eq!(code, 0, "{err}");
+    let (_, other, _) = run(at, &["import", "bag", "--ignore", "/cup*", "--out", "-"]);
+    assert!(one.contains("cup_1") && one == other, "{one}");
+    // A name of the log reaches no terminal.
+    let idl = bag_in("ros2idl", "cdr", Packing::Plain, &messages[1..2]);
+    std::fs::write(at.join("idl.mcap"), idl).expect("written");
+    let (code, _, err) = run(at, &["import", "idl.mcap"]);
+    assert!(code == 2 && err.contains("`ros2idl`") && !err.contains('\u{1b}'), "{err:?}");
+}

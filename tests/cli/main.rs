@@ -4,6 +4,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 #![cfg(feature = "cli")]
 
+#[cfg(feature = "mcap")]
+#[path = "../support/bags.rs"]
+mod bags;
 #[path = "../support/beside.rs"]
 mod beside;
 #[path = "../support/propositional.rs"]

@@ -9,7 +9,8 @@ use std::io::Cursor;
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 
-const LINE: &str = "================================================================================";
+const LINE: &str =
+    "================================================================================";
 const TIME: &str = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 const HEADER: &str = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 const POINT: &str = "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n";
@@ -23,8 +24,7 @@ const COVARIANCE: &str =
     "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance\n";
 const DETECTION: &str = "MSG: vision_msgs/Detection3D\nstd_msgs/Header header\n\nObjectHypothesisWithPose[] results\nBoundingBox3D bbox\nstring id\n";
 const HYPOTHESES: &str = "MSG: vision_msgs/ObjectHypothesisWithPose\nObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose\n";
-const HYPOTHESIS: &str =
-    "MSG: vision_msgs/ObjectHypothesis\nstring class_id\nfloat64 score\n";
+const HYPOTHESIS: &str = "MSG: vision_msgs/ObjectHypothesis\nstring class_id\nfloat64 score\n";
 const BOX: &str =
     "MSG: vision_msgs/BoundingBox3D\ngeometry_msgs/Pose center\ngeometry_msgs/Vector3 size\n";
 
@@ -47,7 +47,10 @@ pub fn definition(kind: &str) -> String {
         ),
         "vision_msgs/msg/Detection3DArray" => schema(
             "std_msgs/Header header\nDetection3D[] detections\n",
-            &[DETECTION, HEADER, TIME, HYPOTHESES, HYPOTHESIS, COVARIANCE, BOX, POSE, POINT, TURN, VECTOR],
+            &[
+                DETECTION, HEADER, TIME, HYPOTHESES, HYPOTHESIS, COVARIANCE, BOX, POSE, POINT,
+                TURN, VECTOR,
+            ],
         ),
         "sensor_msgs/msg/JointState" => schema(
             "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
@@ -55,7 +58,9 @@ pub fn definition(kind: &str) -> String {
         ),
         "std_msgs/msg/Bool" => "bool data\n".into(),
         "std_msgs/msg/Float32" => "float32 data\n".into(),
-        "sensor_msgs/msg/Image" => schema("std_msgs/Header header\nuint8[] data\n", &[HEADER, TIME]),
+        "sensor_msgs/msg/Image" => {
+            schema("std_msgs/Header header\nuint8[] data\n", &[HEADER, TIME])
+        }
         other => panic!("{other} has no definition here"),
     }
 }
@@ -130,9 +135,9 @@ pub fn pose_stamped(t: u64, frame: &str, pose: &Numbers) -> Vec<u8> {
 /// Transforms of children in a parent.
 pub fn transforms(t: u64, edges: &[(&str, &str, Numbers)]) -> Vec<u8> {
     let start = Cdr::new().count(edges.len());
-    let all = edges.iter().fold(start, |own, (parent, child, pose)| {
-        own.header(t, parent).text(child).numbers(pose)
-    });
+    let all = edges
+        .iter()
+        .fold(start, |own, (parent, child, pose)| own.header(t, parent).text(child).numbers(pose));
     all.bytes()
 }
 
@@ -148,7 +153,8 @@ pub fn detections(t: u64, frame: &str, all: &[(&str, &str, Numbers)]) -> Vec<u8>
 }
 
 pub fn joints(t: u64, all: &[(&str, f64)]) -> Vec<u8> {
-    let names = all.iter().fold(Cdr::new().header(t, "").count(all.len()), |own, (name, _)| own.text(name));
+    let names =
+        all.iter().fold(Cdr::new().header(t, "").count(all.len()), |own, (name, _)| own.text(name));
     let positions = all.iter().fold(names.count(all.len()), |own, (_, at)| own.numbers(&[*at]));
     positions.count(0).count(0).bytes()
 }
@@ -184,7 +190,8 @@ pub fn bag_in(language: &str, encoding: &str, packing: Packing, messages: &[Mess
             let schema = writer.add_schema(kind, language, text.as_bytes()).expect("a schema");
             writer.add_channel(schema, topic, encoding, &BTreeMap::new()).expect("a channel")
         });
-        let header = MessageHeader { channel_id, sequence: sequence as u32, log_time: *t, publish_time: *t };
+        let header =
+            MessageHeader { channel_id, sequence: sequence as u32, log_time: *t, publish_time: *t };
         writer.write_to_known_channel(&header, data).expect("a message");
     }
     writer.finish().expect("the end");

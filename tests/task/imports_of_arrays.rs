@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use hdf5_pure::FileBuilder;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use symbolt::task::InputFault;
 use symbolt::task::Recording;
 use symbolt::task::import::{Imported, Mapping, Streams};
-use symbolt::task::InputFault;
 
 fn import(mapping: &str, files: &[(&str, &[u8])]) -> Result<Imported, InputFault> {
     let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
@@ -57,7 +57,8 @@ fn robomimic(demos: usize, packed: bool) -> Vec<u8> {
         let mut own = data.create_group(&format!("demo_{demo}"));
         let mut obs = own.create_group("obs");
         let mut put = |name: &str, width: u64, values: Vec<f64>| {
-            let set = obs.create_dataset(name).with_f64_data(&values).with_shape(&[ROWS as u64, width]);
+            let set =
+                obs.create_dataset(name).with_f64_data(&values).with_shape(&[ROWS as u64, width]);
             if packed {
                 set.with_chunks(&[64, width]).with_shuffle().with_deflate(4);
             }
@@ -69,7 +70,9 @@ fn robomimic(demos: usize, packed: bool) -> Vec<u8> {
         put("robot0_gripper_qpos", 2, rows.iter().flat_map(|r| r.2).collect());
         put("robot0_joint_pos", 7, vec![0.5; ROWS * 7]);
         own.add_group(obs.finish());
-        own.create_dataset("actions").with_f64_data(&vec![0.1; ROWS * 7]).with_shape(&[ROWS as u64, 7]);
+        own.create_dataset("actions")
+            .with_f64_data(&vec![0.1; ROWS * 7])
+            .with_shape(&[ROWS as u64, 7]);
         data.add_group(own.finish());
     }
     file.add_group(data.finish());
@@ -97,7 +100,8 @@ fn tables(demos: usize) -> Vec<(String, String)> {
 #[test]
 fn demonstrations_of_robomimic_give_the_same_recording_as_tables() {
     let tables = tables(12);
-    let files: Vec<(&str, &[u8])> = tables.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
+    let files: Vec<(&str, &[u8])> =
+        tables.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
     let by_table = import("", &files).expect("imported");
     assert_eq!(by_table.moments.len(), 24);
     for packed in [false, true] {
@@ -106,7 +110,11 @@ fn demonstrations_of_robomimic_give_the_same_recording_as_tables() {
         let names: Vec<&str> = found.sessions.iter().map(|s| &*s.name).collect();
         assert_eq!((names[2], names[10], names[11]), ("demo_2", "demo_10", "demo_11"));
         assert_eq!(text(&found), text(&by_table));
-        assert!(found.unused[0].1.contains(&"data/demo_*/obs/robot0_joint_pos".to_owned()), "{:?}", found.unused);
+        assert!(
+            found.unused[0].1.contains(&"data/demo_*/obs/robot0_joint_pos".to_owned()),
+            "{:?}",
+            found.unused
+        );
         // What was guessed reads the same when it is said.
         let mapping = found.mapping.to_json().expect("a mapping");
         assert!(mapping.contains(r#""group": "data/demo_*""#), "{mapping}");
@@ -152,14 +160,21 @@ fn datasets_that_the_mapping_names_are_read_in_its_units() {
     let bytes = lab(ROWS);
     let found = import(LAB, &[("take_7.h5", &bytes)]).expect("imported");
     let session = &found.sessions[0];
-    assert_eq!((&*session.name, &found.seen[0].id[..], &found.seen[1].id[..]), ("take_7", "block_0", "block_1"));
+    assert_eq!(
+        (&*session.name, &found.seen[0].id[..], &found.seen[1].id[..]),
+        ("take_7", "block_0", "block_1")
+    );
     let first = &session.parts[0].tracks[0].samples[0];
     assert!((first.t - 1.0).abs() < 1e-9 && (first.position[0] - 0.4).abs() < 1e-3, "{first:?}");
     let [x, y, z, w] = first.orientation;
-    assert!((z - 0.6).abs() < 1e-12 && (w - 0.8).abs() < 1e-12 && x == 0.0 && y == 0.0, "{first:?}");
+    assert!(
+        (z - 0.6).abs() < 1e-12 && (w - 0.8).abs() < 1e-12 && x == 0.0 && y == 0.0,
+        "{first:?}"
+    );
     let hand = session.parts[0].hand.as_ref().expect("a hand").samples[0];
     assert_eq!(hand.orientation.map(f64::abs), [1.0, 0.0, 0.0, 0.0]);
-    let moments: Vec<(&str, f64)> = found.moments.iter().map(|m| (&*m.object, m.t.round())).collect();
+    let moments: Vec<(&str, f64)> =
+        found.moments.iter().map(|m| (&*m.object, m.t.round())).collect();
     assert_eq!(moments, [("block_0", 5.0), ("block_0", 7.0)]);
     // The other order is another rotation.
     let other = import(&LAB.replace("wxyz", "xyzw"), &[("take_7.h5", &bytes)]).expect("imported");
@@ -176,13 +191,29 @@ fn faults_of_arrays_name_the_dataset_and_the_row() {
     );
     for (mapping, expected) in [
         (r#", "rate_hz": 0"#, "map.json, field `rate_hz`: it is 0; expected more than 0 Hz"),
-        (r#", "rate_hz": 20, "datasets": [{"group": "data/x_*"}]"#, "field `data/x_*`: no group fits; expected a pattern of groups, such as data/demo_0"),
-        (r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/a_pos"}}}]"#, "field `data/demo_0/obs/a_pos`: there is no such dataset; expected one of: data/demo_0/actions"),
-        (r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/cube_quat"}}}]"#, "field `data/demo_0/obs/cube_quat`: its shape is [240, 4]; expected times × 3"),
-        (r#", "datasets": [{"group": "data/demo_*", "time": "actions", "objects": {}}]"#, "field `data/demo_0/actions`: its shape is [240, 7]; expected one time"),
-        (r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/robot0_joint_pos"}}}]"#, "row 0: the quaternion has the norm 1.000"),
+        (
+            r#", "rate_hz": 20, "datasets": [{"group": "data/x_*"}]"#,
+            "field `data/x_*`: no group fits; expected a pattern of groups, such as data/demo_0",
+        ),
+        (
+            r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/a_pos"}}}]"#,
+            "field `data/demo_0/obs/a_pos`: there is no such dataset; expected one of: data/demo_0/actions",
+        ),
+        (
+            r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/cube_quat"}}}]"#,
+            "field `data/demo_0/obs/cube_quat`: its shape is [240, 4]; expected times × 3",
+        ),
+        (
+            r#", "datasets": [{"group": "data/demo_*", "time": "actions", "objects": {}}]"#,
+            "field `data/demo_0/actions`: its shape is [240, 7]; expected one time",
+        ),
+        (
+            r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/robot0_joint_pos"}}}]"#,
+            "row 0: the quaternion has the norm 1.000",
+        ),
     ] {
-        let problem = import(mapping, &[("a.hdf5", &bytes)]).map_or_else(|e| e.to_string(), |_| "taken".into());
+        let problem = import(mapping, &[("a.hdf5", &bytes)])
+            .map_or_else(|e| e.to_string(), |_| "taken".into());
         if expected.starts_with("row 0") {
             // Seven numbers are a pose, and these make a rotation.
             assert_eq!(problem, "taken");
@@ -192,10 +223,20 @@ fn faults_of_arrays_name_the_dataset_and_the_row() {
     }
     let short = lab(100);
     let problem = refused(LAB, &short);
-    assert!(problem.contains("field `blocks`: it has 100 rows, and `clock` has 240") || problem.contains("field `turns`"), "{problem}");
+    assert!(
+        problem.contains("field `blocks`: it has 100 rows, and `clock` has 240")
+            || problem.contains("field `turns`"),
+        "{problem}"
+    );
     let wrong = LAB.replace("wxyz", "xyzw").replace(r#""turns""#, r#""blocks""#);
-    let problem = refused(&wrong.replace(r#""position": "blocks""#, r#""position": "tool""#), &lab(ROWS));
-    assert!(problem.contains("field `blocks`: its shape is [240, 2, 3], and that of `tool` is [240, 4, 4]"), "{problem}");
+    let problem =
+        refused(&wrong.replace(r#""position": "blocks""#, r#""position": "tool""#), &lab(ROWS));
+    assert!(
+        problem.contains(
+            "field `blocks`: its shape is [240, 2, 3], and that of `tool` is [240, 4, 4]"
+        ),
+        "{problem}"
+    );
     let mut file = FileBuilder::new();
     file.create_dataset("a").with_f64_data(&[1.0, 2.0]);
     let nothing = file.finish().expect("a file");
@@ -215,7 +256,8 @@ fn no_bytes_in_arrays_make_the_import_panic_or_wait() {
     for case in 0..2_000 {
         let mut bytes = files[case % 3].clone();
         // Half of the changes where the structure stands.
-        let structure: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at].is_ascii_lowercase()).collect();
+        let structure: Vec<usize> =
+            (0..bytes.len()).filter(|at| bytes[*at].is_ascii_lowercase()).collect();
         for _ in 0..random.random_range(1..8) {
             let at = match random.random_range(0..2) {
                 0 => random.random_range(0..bytes.len()),

@@ -65,7 +65,13 @@ fn rows(seed: u64, shown: Shown, rate_hz: f64) -> Vec<Row> {
             width: cells[10].parse().ok(),
         }
     };
-    text.lines().skip(1).filter(|line| !line.contains(",-0.")|| line.split(',').nth(1).is_some_and(|t| !t.starts_with('-'))).map(row).collect()
+    text.lines()
+        .skip(1)
+        .filter(|line| {
+            !line.contains(",-0.") || line.split(',').nth(1).is_some_and(|t| !t.starts_with('-'))
+        })
+        .map(row)
+        .collect()
 }
 
 fn table(rows: &[Row]) -> String {
@@ -97,16 +103,33 @@ fn as_transforms(rows: &[Row]) -> Vec<Message> {
 fn as_detections(rows: &[Row]) -> Vec<Message> {
     let group = |group: &&[Row]| {
         let t = group[0].t;
-        let (hand, objects): (Vec<&Row>, Vec<&Row>) = group.iter().partition(|row| row.id == "hand");
+        let (hand, objects): (Vec<&Row>, Vec<&Row>) =
+            group.iter().partition(|row| row.id == "hand");
         let all: Vec<_> = objects
             .iter()
-            .map(|row| (&*row.id, row.id.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_'), row.pose))
+            .map(|row| {
+                (
+                    &*row.id,
+                    row.id.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_'),
+                    row.pose,
+                )
+            })
             .collect();
         let seen = (!all.is_empty()).then(|| {
-            message("/objects/detections", "vision_msgs/msg/Detection3DArray", t, detections(t, "world", &all))
+            message(
+                "/objects/detections",
+                "vision_msgs/msg/Detection3DArray",
+                t,
+                detections(t, "world", &all),
+            )
         });
         let hand = hand.into_iter().map(move |row| {
-            message("/robot/hand/pose", "geometry_msgs/msg/PoseStamped", t, pose_stamped(t, "world", &row.pose))
+            message(
+                "/robot/hand/pose",
+                "geometry_msgs/msg/PoseStamped",
+                t,
+                pose_stamped(t, "world", &row.pose),
+            )
         });
         seen.into_iter().chain(hand).collect::<Vec<_>>()
     };
@@ -117,9 +140,14 @@ fn as_detections(rows: &[Row]) -> Vec<Message> {
 fn as_poses(rows: &[Row]) -> Vec<Message> {
     let one = |row: &Row| {
         let pose = pose_stamped(row.t, "world", &row.pose);
-        let own = message(&format!("/{}/pose", row.id), "geometry_msgs/msg/PoseStamped", row.t, pose);
+        let own =
+            message(&format!("/{}/pose", row.id), "geometry_msgs/msg/PoseStamped", row.t, pose);
         let joint = row.width.map(|width| {
-            let all = [("arm_joint1", 0.7), ("finger_joint1", width / 2.0), ("finger_joint2", width / 2.0)];
+            let all = [
+                ("arm_joint1", 0.7),
+                ("finger_joint1", width / 2.0),
+                ("finger_joint2", width / 2.0),
+            ];
             message("/joint_states", "sensor_msgs/msg/JointState", row.t, joints(row.t, &all))
         });
         [Some(own), joint].into_iter().flatten().collect::<Vec<_>>()
@@ -172,8 +200,10 @@ fn a_bag_with_another_pose_gives_another_recording() {
     let rows = rows(1, Shown::Hand, 30.0);
     let mut other = rows.clone();
     other.iter_mut().filter(|row| row.id != "hand").for_each(|row| row.pose[0] += 0.01);
-    let own = import("", &[("a.mcap", &bag(Packing::Plain, &as_transforms(&rows)))]).expect("imported");
-    let other = import("", &[("a.mcap", &bag(Packing::Plain, &as_transforms(&other)))]).expect("imported");
+    let own =
+        import("", &[("a.mcap", &bag(Packing::Plain, &as_transforms(&rows)))]).expect("imported");
+    let other =
+        import("", &[("a.mcap", &bag(Packing::Plain, &as_transforms(&other)))]).expect("imported");
     assert_ne!(text(&own), text(&other));
 }
 
@@ -200,19 +230,31 @@ fn driven() -> (Vec<Message>, BTreeMap<u64, Isometry3<f64>>) {
     for tick in 0..250u64 {
         let t = 1_000_000_000 + tick * 40_000_000;
         let s = tick as f64 * 0.04;
-        let base = Isometry3::from_parts(Translation3::new(0.02 * s, -0.01 * s, 0.0), turn([0.0, 0.0, 0.05 * s]));
+        let base = Isometry3::from_parts(
+            Translation3::new(0.02 * s, -0.01 * s, 0.0),
+            turn([0.0, 0.0, 0.05 * s]),
+        );
         let u = ((s - 4.0) / 2.0).clamp(0.0, 1.0);
         let away = (4.0 - s).max(s - 6.3).max(0.0) * 0.05;
-        let cup = Isometry3::from_parts(Translation3::new(0.5 + 0.3 * u, 0.1, 0.02 + 0.1 * u), turn([0.0, 0.0, 0.6]));
+        let cup = Isometry3::from_parts(
+            Translation3::new(0.5 + 0.3 * u, 0.1, 0.02 + 0.1 * u),
+            turn([0.0, 0.0, 0.6]),
+        );
         let hand = Isometry3::translation(0.5 + 0.3 * u, 0.1, 0.1 + 0.1 * u + away);
         let wrist = base.inverse() * hand * flange.inverse();
-        let edges = [("world", "base_link", numbers(&base)), ("base_link", "wrist_link", numbers(&wrist))];
+        let edges =
+            [("world", "base_link", numbers(&base)), ("base_link", "wrist_link", numbers(&wrist))];
         messages.push(message(TF.0, TF.1, t, transforms(t, &edges)));
         let seen = (base * camera).inverse() * cup;
         let all = [("", "cup", numbers(&seen))];
         let kind = "vision_msgs/msg/Detection3DArray";
         messages.push(message("/detections", kind, t, detections(t, "camera_link", &all)));
-        messages.push(message("/camera/image", "sensor_msgs/msg/Image", t, Cdr::new().header(t, "camera_link").count(0).bytes()));
+        messages.push(message(
+            "/camera/image",
+            "sensor_msgs/msg/Image",
+            t,
+            Cdr::new().header(t, "camera_link").count(0).bytes(),
+        ));
         cups.insert(t, cup);
     }
     (messages, cups)
@@ -249,7 +291,8 @@ fn detections_of_a_camera_that_moves_are_in_the_frame_of_the_world() {
         assert!(unused.contains(name), "{name}: {unused}");
     }
     let moments = found.import().moments;
-    let carried: Vec<(&str, f64)> = moments.iter().map(|m| (&*m.object, (m.t - 1.0).round())).collect();
+    let carried: Vec<(&str, f64)> =
+        moments.iter().map(|m| (&*m.object, (m.t - 1.0).round())).collect();
     assert_eq!(carried, [("cup_0", 4.0), ("cup_0", 6.0)]);
     // The same in another frame: the cup moves with the base the other way.
     let mapping = r#", "reference": "base_link""#;
@@ -257,7 +300,8 @@ fn detections_of_a_camera_that_moves_are_in_the_frame_of_the_world() {
     let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "m.json").expect("a mapping"));
     streams.add("a.mcap", &bytes).expect("added");
     let found = streams.finish().expect("finished");
-    let shelf = found.sessions[0].parts[0].tracks.iter().find(|t| &*t.id == "shelf_1").expect("a shelf");
+    let shelf =
+        found.sessions[0].parts[0].tracks.iter().find(|t| &*t.id == "shelf_1").expect("a shelf");
     let (first, last) = (shelf.samples[0], shelf.samples[shelf.samples.len() - 1]);
     let base = Isometry3::from_parts(
         Translation3::new(0.02 * 9.96, -0.01 * 9.96, 0.0),
@@ -267,7 +311,10 @@ fn detections_of_a_camera_that_moves_are_in_the_frame_of_the_world() {
     assert!((Vector3::from(last.position) - truth).norm() < 1e-9, "{last:?}");
     assert!((first.position[1] - last.position[1]).abs() > 0.1, "{first:?}");
     assert_eq!(shelf.samples.len(), cups.len());
-    assert!(refused(r#", "reference": "moon""#, &bytes).contains("no such frame is in the log; expected one of: "));
+    assert!(
+        refused(r#", "reference": "moon""#, &bytes)
+            .contains("no such frame is in the log; expected one of: ")
+    );
 }
 
 #[test]
@@ -292,11 +339,27 @@ fn the_mapping_says_which_topics_are_taken_and_what_they_are() {
     assert!(found.unused[0].1.iter().any(|name| name.starts_with("/tf ")), "{:?}", found.unused);
     // Without it, an object is taken from one topic, and a flag that is open is turned round.
     let found = import("", &[("a.mcap", &bytes)]).expect("imported");
-    assert!(found.dropped.iter().any(|d| d.what.contains("which another topic gives")), "{:?}", found.dropped);
-    assert!(found.mapping.topics.iter().any(|t| t.topic == "/gripper/is_open" && t.invert == Some(true)));
+    assert!(
+        found.dropped.iter().any(|d| d.what.contains("which another topic gives")),
+        "{:?}",
+        found.dropped
+    );
+    assert!(
+        found
+            .mapping
+            .topics
+            .iter()
+            .any(|t| t.topic == "/gripper/is_open" && t.invert == Some(true))
+    );
     for (mapping, expected) in [
-        (r#", "topics": [{"topic": "/nothing"}]"#, "field `/nothing`: there is no such topic; expected one of: "),
-        (r#", "topics": [{"topic": "/tf", "take": "width"}]"#, "field `/tf`: its type is `tf2_msgs/msg/TFMessage`; expected a number"),
+        (
+            r#", "topics": [{"topic": "/nothing"}]"#,
+            "field `/nothing`: there is no such topic; expected one of: ",
+        ),
+        (
+            r#", "topics": [{"topic": "/tf", "take": "width"}]"#,
+            "field `/tf`: its type is `tf2_msgs/msg/TFMessage`; expected a number",
+        ),
         (r#", "topics": [{"topic": ""}]"#, "map.json, field `topics[0].topic`: it is empty"),
     ] {
         let problem = refused(mapping, &bytes);
@@ -314,14 +377,20 @@ fn a_topic_without_stamps_is_put_on_the_clock_of_the_others() {
     stamped.iter_mut().for_each(|m| m.2 += day);
     for row in &rows {
         let width = Cdr::new().float(row.width.expect("a width") as f32).bytes();
-        plain.push(("/gripper/width".to_owned(), "std_msgs/msg/Float32", row.t + day + 3_000_000, width));
+        plain.push((
+            "/gripper/width".to_owned(),
+            "std_msgs/msg/Float32",
+            row.t + day + 3_000_000,
+            width,
+        ));
     }
     let by_table = import("", &[("a.csv", table(&rows).as_bytes())]).expect("imported");
     let bytes = bag(Packing::Zstd, &[stamped, plain].concat());
     let found = import("", &[("a.mcap", &bytes)]).expect("imported");
     assert!(found.guesses.iter().any(|g| g.what == "clock"), "{:?}", found.guesses);
     assert!(by_table.moments.len() >= 4);
-    let times = |found: &Imported| found.moments.iter().map(|m| (m.t * 20.0).round()).collect::<Vec<_>>();
+    let times =
+        |found: &Imported| found.moments.iter().map(|m| (m.t * 20.0).round()).collect::<Vec<_>>();
     assert_eq!(times(&found), times(&by_table));
 }
 
@@ -342,11 +411,16 @@ fn messages_in_json_are_read() {
     }
     let bytes = bag_in("jsonschema", "json", Packing::Zstd, &messages);
     let found = import("", &[("a.mcap", &bytes)]).expect("imported");
-    let moments: Vec<(&str, f64)> = found.moments.iter().map(|m| (&*m.object, m.t.round())).collect();
+    let moments: Vec<(&str, f64)> =
+        found.moments.iter().map(|m| (&*m.object, m.t.round())).collect();
     assert_eq!(moments, [("cup_1", 4.0), ("cup_1", 6.0)]);
     messages[100].3.truncate(30);
     let bytes = bag_in("jsonschema", "json", Packing::Zstd, &messages);
-    assert!(refused("", &bytes).starts_with("a.mcap, field `/cup_1`: message 51 is no JSON"), "{}", refused("", &bytes));
+    assert!(
+        refused("", &bytes).starts_with("a.mcap, field `/cup_1`: message 51 is no JSON"),
+        "{}",
+        refused("", &bytes)
+    );
 }
 
 #[test]
@@ -362,11 +436,19 @@ fn faults_of_a_bag_name_the_topic_and_the_message() {
     let mut short = good.clone();
     short[2].3.truncate(60);
     let problem = refused("", &bag(Packing::Chunks, &short));
-    assert!(problem.starts_with("a.mcap, field `/tf`: message 3 ends in `transforms[0]."), "{problem}");
+    assert!(
+        problem.starts_with("a.mcap, field `/tf`: message 3 ends in `transforms[0]."),
+        "{problem}"
+    );
     let mut long = good.clone();
     long[0].3 = transforms(long[0].2, &[("world", "nut_1", [0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])]);
     let problem = refused("", &bag(Packing::Chunks, &long));
-    assert!(problem.contains("message 1 gives `nut_1` an orientation, and the quaternion has the norm 1.414"), "{problem}");
+    assert!(
+        problem.contains(
+            "message 1 gives `nut_1` an orientation, and the quaternion has the norm 1.414"
+        ),
+        "{problem}"
+    );
     let idl = bag_in("ros2idl", "cdr", Packing::Plain, &good);
     let problem = refused("", &idl);
     assert!(problem.contains("field `/tf`: its messages are written as `cdr` with a schema in `ros2idl`; expected cdr with ros2msg"), "{problem}");
@@ -374,16 +456,30 @@ fn faults_of_a_bag_name_the_topic_and_the_message() {
     assert!(refused("", &protobuf).contains("`protobuf`"));
     let image = Cdr::new().header(1, "").count(0).bytes();
     let images = bag(Packing::Zstd, &[message("/image", "sensor_msgs/msg/Image", 1, image)]);
-    assert!(refused("", &images).contains("no topic is taken among /image (sensor_msgs/msg/Image)"));
+    assert!(
+        refused("", &images).contains("no topic is taken among /image (sensor_msgs/msg/Image)")
+    );
     // Two frames that nothing connects.
     let pose = [0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0];
     let two = ["map", "camera"].map(|frame| {
-        message(&format!("/{frame}/pose"), "geometry_msgs/msg/PoseStamped", 5, pose_stamped(5, frame, &pose))
+        message(
+            &format!("/{frame}/pose"),
+            "geometry_msgs/msg/PoseStamped",
+            5,
+            pose_stamped(5, frame, &pose),
+        )
     });
-    assert!(refused("", &bag(Packing::Plain, &two)).contains("in the frames map and camera, which no transform connects"));
+    assert!(
+        refused("", &bag(Packing::Plain, &two))
+            .contains("in the frames map and camera, which no transform connects")
+    );
     let both = [two.to_vec(), good.clone()].concat();
-    assert!(refused("", &bag(Packing::Plain, &both)).contains("which no transform connects to `world`"));
-    for (start, what) in [("#ROSBAG V2.0\n", "a bag of ROS 1"), ("SQLite format 3\0", "a bag in SQLite")] {
+    assert!(
+        refused("", &bag(Packing::Plain, &both)).contains("which no transform connects to `world`")
+    );
+    for (start, what) in
+        [("#ROSBAG V2.0\n", "a bag of ROS 1"), ("SQLite format 3\0", "a bag in SQLite")]
+    {
         assert!(refused("", start.as_bytes()).contains(what));
     }
     // A chunk whose bytes were changed.
@@ -433,4 +529,36 @@ fn no_bytes_in_a_bag_make_the_import_panic_or_wait() {
     }
     assert!((50..1_950).contains(&taken), "{taken} were taken");
     assert!(slowest < Duration::from_secs(2), "{slowest:?}");
+}
+
+#[test]
+#[ignore = "long statistics"]
+fn a_million_poses_are_read_in_ten_seconds() {
+    // Ten objects at 100 Hz for a thousand seconds, as transforms.
+    let names: Vec<String> = (0..10).map(|number| format!("part_{number}")).collect();
+    let mut messages = Vec::new();
+    for tick in 0..100_000u64 {
+        let t = tick * 10_000_000;
+        let u = (tick as f64 * 1e-3).sin() * 1e-4;
+        let edges: Vec<_> = names
+            .iter()
+            .enumerate()
+            .map(|(at, name)| {
+                ("world", name.as_str(), [0.1 * at as f64 + u, u, 0.0, 0.0, 0.0, 0.0, 1.0])
+            })
+            .collect();
+        messages.push(message(TF.0, TF.1, t, transforms(t, &edges)));
+    }
+    let bytes = bag(Packing::Zstd, &messages);
+    drop(messages);
+    let began = Instant::now();
+    let mut streams = Streams::new(Mapping::unknown());
+    streams.add("a.mcap", &bytes).expect("added");
+    let read = began.elapsed();
+    let found = streams.finish().expect("finished");
+    assert_eq!(found.rows, 1_000_000);
+    let memory = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = memory.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default().to_owned();
+    println!("{} bytes in {read:?}, {peak}", bytes.len());
+    assert!(read < Duration::from_secs(10), "{read:?}");
 }

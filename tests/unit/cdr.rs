@@ -65,8 +65,14 @@ fn a_message_is_the_same_in_either_order_of_bytes() {
         let number = |name: &str| value.get(name).and_then(Value::number);
         assert_eq!((number("flag"), number("x")), (Some(1.0), Some(-2.5)));
         assert_eq!(value.get("name").and_then(Value::text).as_deref(), Some("ab"));
-        assert_eq!(value.get("list").expect("a list").list(), [Value::Number(0.5), Value::Number(1.5)]);
-        assert_eq!(value.get("pair").expect("a pair").list(), [Value::Number(-2.0), Value::Number(9.0)]);
+        assert_eq!(
+            value.get("list").expect("a list").list(),
+            [Value::Number(0.5), Value::Number(1.5)]
+        );
+        assert_eq!(
+            value.get("pair").expect("a pair").list(),
+            [Value::Number(-2.0), Value::Number(9.0)]
+        );
         let inner = value.get("inner").expect("a list").list();
         assert_eq!(inner[0].get("a").and_then(Value::number), Some(-1.0));
         let stamp = value.get("header").and_then(|h| h.get("stamp")).expect("a stamp");
@@ -82,14 +88,20 @@ fn a_message_is_the_same_in_either_order_of_bytes() {
 #[test]
 fn what_is_no_message_is_refused_in_words() {
     let parse = |text: &str| Schema::parse("a/msg/B", text);
-    assert_eq!(parse("other/Thing x").expect_err("it is refused"), "its schema does not define `other/Thing`");
+    assert_eq!(
+        parse("other/Thing x").expect_err("it is refused"),
+        "its schema does not define `other/Thing`"
+    );
     assert!(parse("float64").expect_err("it is refused").contains("the line `float64`"));
     assert!(parse("float64[x] y").is_err());
     // A record in itself, by one and by many.
     let endless = parse("B b").expect("it is a schema");
-    assert!(decode(&endless, Form::Cdr, &[0, 1, 0, 0, 1]).expect_err("endless").contains("32 deep"));
+    assert!(
+        decode(&endless, Form::Cdr, &[0, 1, 0, 0, 1]).expect_err("endless").contains("32 deep")
+    );
     let long = parse("float64[] x").expect("it is a schema");
-    let problem = decode(&long, Form::Cdr, &[0, 1, 0, 0, 255, 255, 255, 255]).expect_err("too long");
+    let problem =
+        decode(&long, Form::Cdr, &[0, 1, 0, 0, 255, 255, 255, 255]).expect_err("too long");
     assert_eq!(problem, "counts 4294967295 with 0 bytes left in `x`");
     let empty = parse("Empty[] x\n===\nMSG: a/Empty\nuint8 ONE=1\n").expect("it is a schema");
     assert!(decode(&empty, Form::Cdr, &[0, 1, 0, 0, 2, 0, 0, 0, 9]).is_err());

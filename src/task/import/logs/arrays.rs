@@ -114,7 +114,17 @@ pub(super) fn orientation(values: &[f64], mapping: &Mapping) -> Result<[f64; 4],
 
 /// Words of groups that are sessions, before a number.
 const SESSIONS: [&str; 11] = [
-    "demo", "demonstration", "episode", "ep", "traj", "trajectory", "session", "trial", "run", "take", "rollout",
+    "demo",
+    "demonstration",
+    "episode",
+    "ep",
+    "traj",
+    "trajectory",
+    "session",
+    "trial",
+    "run",
+    "take",
+    "rollout",
 ];
 
 /// Returns whether a group is named as a session is.
@@ -147,9 +157,28 @@ const TURNS: [&str; 7] =
 const POSES: [&str; 3] = ["pose", "poses", "transform"];
 /// Words of datasets that are no poses of what is.
 const OTHERS: [&str; 22] = [
-    "to", "vel", "velocity", "joint", "joints", "action", "actions", "target", "goal", "desired",
-    "command", "cmd", "next", "camera", "intrinsic", "intrinsics", "extrinsic", "extrinsics", "acc", "force",
-    "torque", "gripper",
+    "to",
+    "vel",
+    "velocity",
+    "joint",
+    "joints",
+    "action",
+    "actions",
+    "target",
+    "goal",
+    "desired",
+    "command",
+    "cmd",
+    "next",
+    "camera",
+    "intrinsic",
+    "intrinsics",
+    "extrinsic",
+    "extrinsics",
+    "acc",
+    "force",
+    "torque",
+    "gripper",
 ];
 
 /// The words of a path that are joined by strokes: its groups and, within the last name, words.
@@ -199,7 +228,9 @@ pub(super) fn guess(datasets: &BTreeMap<&str, &[u64]>, map: &mut DatasetMap) {
             Form::Matrix => (ending(path, &POSES).unwrap_or(path), None),
         };
         let id = stem.rsplit('/').next().unwrap_or(stem);
-        let id = if shape.len() > if layout.form == Form::Matrix { 3 } else { 2 } && layout.objects > 1 {
+        let id = if shape.len() > if layout.form == Form::Matrix { 3 } else { 2 }
+            && layout.objects > 1
+        {
             format!("{id}_*")
         } else {
             id.to_owned()

@@ -174,7 +174,8 @@ impl Schema {
                 return Err(format!("its schema does not define `{name}`"));
             };
             let package = name.rsplit_once('/').map_or("", |(package, _)| package);
-            let record = lines.iter().filter_map(|line| field(line, package, &mut names).transpose());
+            let record =
+                lines.iter().filter_map(|line| field(line, package, &mut names).transpose());
             let record = record.collect::<Result<Vec<Field>, String>>()?;
             fields += record.len() + 1;
             if fields.max(names.len()) > MOST_FIELDS {
@@ -275,7 +276,10 @@ pub(super) fn decode<'a>(
         (Form::Cdr, [0, kind @ 0..=1, _, _, body @ ..]) => (body, *kind == 1, 8),
         (Form::Cdr, [0, kind @ 6..=7, _, _, body @ ..]) => (body, *kind == 7, 4),
         (Form::Cdr, [high, low, _, _, ..]) => {
-            return Err(format!("is in the representation {:#06x}", u16::from_be_bytes([*high, *low])));
+            return Err(format!(
+                "is in the representation {:#06x}",
+                u16::from_be_bytes([*high, *low])
+            ));
         }
         (Form::Cdr, _) => return Err(format!("has {} bytes", bytes.len())),
     };
@@ -334,9 +338,10 @@ impl<'a> Reader<'a> {
     }
 
     fn value(&mut self, schema: &'a Schema, of: Type, depth: usize) -> Result<Value<'a>, Fault> {
-        self.values = self.values.checked_sub(1).ok_or_else(|| {
-            (String::new(), "has more than 4 million values".to_owned())
-        })?;
+        self.values = self
+            .values
+            .checked_sub(1)
+            .ok_or_else(|| (String::new(), "has more than 4 million values".to_owned()))?;
         Ok(match of {
             Type::Plain(plain) => Value::Number(self.plain(plain)?),
             Type::Text => {
@@ -345,12 +350,19 @@ impl<'a> Reader<'a> {
                 let text = text.strip_suffix(b"\0").unwrap_or(text);
                 Value::Text(String::from_utf8_lossy(text))
             }
-            Type::Wide => return Err((String::new(), "has a `wstring`, which is not read,".into())),
+            Type::Wide => {
+                return Err((String::new(), "has a `wstring`, which is not read,".into()));
+            }
             Type::Record(index) => self.record(schema, index, depth + 1)?,
         })
     }
 
-    fn record(&mut self, schema: &'a Schema, index: usize, depth: usize) -> Result<Value<'a>, Fault> {
+    fn record(
+        &mut self,
+        schema: &'a Schema,
+        index: usize,
+        depth: usize,
+    ) -> Result<Value<'a>, Fault> {
         if depth > DEEPEST {
             return Err((String::new(), "has records in records, more than 32 deep,".into()));
         }
@@ -370,7 +382,12 @@ impl<'a> Reader<'a> {
         Ok(Value::Record(found))
     }
 
-    fn field(&mut self, schema: &'a Schema, field: &Field, depth: usize) -> Result<Value<'a>, Fault> {
+    fn field(
+        &mut self,
+        schema: &'a Schema,
+        field: &Field,
+        depth: usize,
+    ) -> Result<Value<'a>, Fault> {
         let count = match field.count {
             Count::One => return self.value(schema, field.of, depth),
             Count::Fixed(count) => count,

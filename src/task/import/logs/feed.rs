@@ -162,7 +162,8 @@ impl Bag<'_> {
             }
         }
         let found = self.topics.iter().filter(|topic| topic.meaning == Some(take));
-        let Some(best) = found.min_by_key(|topic| rank(topic)).map(|topic| topic.name.clone()) else {
+        let Some(best) = found.min_by_key(|topic| rank(topic)).map(|topic| topic.name.clone())
+        else {
             return;
         };
         for topic in self.topics.iter_mut().filter(own) {
@@ -175,7 +176,9 @@ impl Bag<'_> {
                 let open = take == Take::Grasp && opens(&topic.name);
                 topic.map.invert = (turns || open).then_some(true);
                 let reason = match (turns, open) {
-                    (true, _) => format!("its joints reach {greatest:.2}, so they turn as it closes"),
+                    (true, _) => {
+                        format!("its joints reach {greatest:.2}, so they turn as it closes")
+                    }
                     (_, true) => "its name says that the gripper is open".into(),
                     _ => continue,
                 };
@@ -205,7 +208,8 @@ impl Bag<'_> {
                 Some(frame) => frame,
                 None => {
                     let known = several((1..names.list.len() as u32).map(name));
-                    let problem = format!("`reference` is {asked}, and no such frame is in the log");
+                    let problem =
+                        format!("`reference` is {asked}, and no such frame is in the log");
                     return Err(self.fault("", problem, &format!("one of: {known}")));
                 }
             },
@@ -243,7 +247,8 @@ impl Bag<'_> {
             None => names_a_hand(id),
         };
         let hands = (1..count as u32).filter(|frame| hung(*frame) && of_hand(name(*frame)));
-        let hand = hands.min_by_key(|frame| (self.frames.still(*frame), self.frames.up(*frame).len()));
+        let hand =
+            hands.min_by_key(|frame| (self.frames.still(*frame), self.frames.up(*frame).len()));
         let arm = hand.map(|hand| self.frames.up(hand)).unwrap_or_default();
         let elsewhere = self.items.iter().any(|item| match item.what {
             What::Pose { object, .. } => of_hand(&self.objects.list[object as usize]),
@@ -254,17 +259,15 @@ impl Bag<'_> {
             let asked = topics.clone().any(|topic| !topic.map.objects.is_empty());
             let why = match () {
                 () if into.mapping.ignores(name(frame)) => "is to be left out",
-                () if asked => match topics.any(|topic| {
-                    !topic.map.objects.is_empty() && topic.takes(name(frame))
-                }) {
+                () if asked => match topics
+                    .any(|topic| !topic.map.objects.is_empty() && topic.takes(name(frame)))
+                {
                     true => "",
                     false => "is not in the mapping",
                 },
                 () if Some(frame) == hand && elsewhere => "is the hand, which another topic gives",
                 () if Some(frame) == hand => "",
-                () if arm.contains(&frame) && self.frames.moves[frame as usize] => {
-                    "moves the hand"
-                }
+                () if arm.contains(&frame) && self.frames.moves[frame as usize] => "moves the hand",
                 () if hand.is_some_and(|hand| self.frames.always_under(frame, hand)) => {
                     "is part of the hand"
                 }
@@ -321,9 +324,8 @@ impl Bag<'_> {
                             false => Some(into.named_track(part, id, file, &topics[at].name)?),
                         };
                         // One topic gives an object.
-                        let track = track.filter(|track| {
-                            *owners.entry(*track).or_insert(topic) == topic
-                        });
+                        let track =
+                            track.filter(|track| *owners.entry(*track).or_insert(topic) == topic);
                         if let (Some(_), Who::Object { object, .. }) = (track, who)
                             && let Some(kind) = topics[at].kinds.get(&object)
                         {
@@ -331,7 +333,9 @@ impl Bag<'_> {
                         }
                         if track.is_none() && !left {
                             let what = format!("pose of `{id}` by {}", topics[at].name);
-                            repeated.entry(format!("{what}, which another topic gives")).or_default();
+                            repeated
+                                .entry(format!("{what}, which another topic gives"))
+                                .or_default();
                         }
                         tracks.insert(who, track);
                         track
@@ -422,7 +426,10 @@ impl Bag<'_> {
                 Take::Width if topic.shape == Some(Shape::Joints) => {
                     map.joints = topic.joints.clone();
                     let joints = several(topic.joints.iter().map(|joint| &**joint));
-                    (format!("the width, from {joints}"), "these joints are named finger or gripper".into())
+                    (
+                        format!("the width, from {joints}"),
+                        "these joints are named finger or gripper".into(),
+                    )
                 }
                 Take::Width => ("the width".into(), format!("its type is {}", topic.kind)),
                 Take::Grasp => {
@@ -449,10 +456,14 @@ impl Bag<'_> {
         for reason in reasons {
             let own = choice.left.iter().filter(|(_, why)| *why == reason);
             let own: Vec<&str> = own.map(|(frame, _)| name(frame)).collect();
-            unused.push(format!("{}, {} that {reason}", several(own.iter().copied()), match own.len() {
-                1 => "a frame",
-                _ => "frames",
-            }));
+            unused.push(format!(
+                "{}, {} that {reason}",
+                several(own.iter().copied()),
+                match own.len() {
+                    1 => "a frame",
+                    _ => "frames",
+                }
+            ));
         }
         if choice.reference != NO_FRAME {
             let reference = name(&choice.reference).to_owned();

@@ -108,7 +108,9 @@ impl Frames {
     /// Returns the frames from one to its root by the first parents, itself first.
     pub fn up(&self, frame: u32) -> Vec<u32> {
         let mut path = vec![frame];
-        while let Some(parent) = self.parents.get(path[path.len() - 1] as usize).and_then(|p| p.first()) {
+        while let Some(parent) =
+            self.parents.get(path[path.len() - 1] as usize).and_then(|p| p.first())
+        {
             if path.contains(parent) || path.len() >= DEEPEST {
                 break;
             }
@@ -131,7 +133,8 @@ impl Frames {
             }
         }
         let all = self.parents.iter().filter(|parents| !parents.is_empty()).count();
-        let best = counts.into_iter().max_by_key(|(root, count)| (*count, std::cmp::Reverse(*root)));
+        let best =
+            counts.into_iter().max_by_key(|(root, count)| (*count, std::cmp::Reverse(*root)));
         best.map(|(root, (under, _))| (root, under, all))
     }
 
@@ -301,7 +304,11 @@ pub(super) fn compose<E>(
     let still = frames.parents.get(reference as usize).is_none() || frames.still(reference);
     let step = STILL_NS.max(last.saturating_sub(first) / MOST_STILL);
     for frame in 1..count as u32 {
-        if taken[frame as usize] && frames.still(frame) && still && !frames.parents[frame as usize].is_empty() {
+        if taken[frame as usize]
+            && frames.still(frame)
+            && still
+            && !frames.parents[frame as usize].is_empty()
+        {
             let Some(pose) = now.seen(frame) else {
                 *lost.unconnected.entry(frame).or_default() += 1;
                 continue;

@@ -156,17 +156,20 @@ impl Arrays<'_> {
         let mut map = DatasetMap { group: group.clone(), ..DatasetMap::default() };
         for place in self.places(&group) {
             let prefix = if place.group.is_empty() { String::new() } else { place.group + "/" };
-            let own = self.shapes.iter().filter_map(|(path, shape)| {
-                Some((path.strip_prefix(&prefix)?, shape.as_slice()))
-            });
-            let own: BTreeMap<&str, &[u64]> = own.filter(|(path, _)| !into.mapping.ignores(path)).collect();
+            let own = self
+                .shapes
+                .iter()
+                .filter_map(|(path, shape)| Some((path.strip_prefix(&prefix)?, shape.as_slice())));
+            let own: BTreeMap<&str, &[u64]> =
+                own.filter(|(path, _)| !into.mapping.ignores(path)).collect();
             guess(&own, &mut map);
         }
         if map.objects.is_empty() {
             let known: Vec<String> =
                 self.shapes.iter().take(20).map(|(path, s)| format!("{path} {s:?}")).collect();
             let problem = format!("no positions are recognised among {}", known.join(", "));
-            let expected = "datasets such as obs/cup_pos of times × 3, or `datasets` in the mapping";
+            let expected =
+                "datasets such as obs/cup_pos of times × 3, or `datasets` in the mapping";
             return Err(fault(self.file, "", problem, expected));
         }
         if !group.is_empty() {
@@ -176,7 +179,12 @@ impl Arrays<'_> {
         for (id, own) in &map.objects {
             let turn = own.rotation.as_ref().map_or(String::new(), |r| format!(" and {r}"));
             let reason = "of the name and the shape of the dataset".to_owned();
-            into.suppose(self.file, &format!("object {id}"), &format!("{}{turn}", own.position), reason);
+            into.suppose(
+                self.file,
+                &format!("object {id}"),
+                &format!("{}{turn}", own.position),
+                reason,
+            );
         }
         for (what, dataset) in [("time", &map.time), ("width", &map.width), ("grasp", &map.grasp)] {
             if let Some(dataset) = dataset {
@@ -208,7 +216,10 @@ impl Arrays<'_> {
         let count = shape.iter().try_fold(1u64, |product, size| product.checked_mul(*size));
         let Some(left) = count.and_then(|count| self.left.checked_sub(count)) else {
             let problem = format!("its shape is {shape:?}, and the file has not so many numbers");
-            return Err(refuse(problem, "at most 100 million numbers, and 200 for each byte of the file"));
+            return Err(refuse(
+                problem,
+                "at most 100 million numbers, and 200 for each byte of the file",
+            ));
         };
         let broken = |error: hdf5_pure::Error| {
             refuse(format!("it cannot be read: {}", words(&error)), "numbers, in whole chunks")
@@ -309,7 +320,12 @@ impl Arrays<'_> {
             let size = shape.iter().skip(1).product::<u64>();
             if shape.is_empty() || !(1..=8).contains(&size) || flag && size != 1 {
                 let problem = format!("its shape is {shape:?}");
-                return Err(fault(self.file, &path, problem, "a number for each row, or one for each finger"));
+                return Err(fault(
+                    self.file,
+                    &path,
+                    problem,
+                    "a number for each row, or one for each finger",
+                ));
             }
             let own = &mut into.parts[part];
             for (t, row) in times.iter().zip(values.chunks_exact(size as usize)) {
@@ -349,7 +365,10 @@ impl Arrays<'_> {
             Some(path) => {
                 let (turned, values) = self.read(path, Some(rows))?;
                 let Some(size) = layout.turns(&shape, &turned) else {
-                    let problem = format!("its shape is {turned:?}, and that of `{}` is {shape:?}", own.position);
+                    let problem = format!(
+                        "its shape is {turned:?}, and that of `{}` is {shape:?}",
+                        own.position
+                    );
                     let expected = "four, three or nine numbers for each position";
                     return Err(fault(self.file, path, problem, expected));
                 };
@@ -418,7 +437,9 @@ impl Arrays<'_> {
             let plain: Vec<String> = path
                 .split('/')
                 .map(|name| match natural(name) {
-                    (stem, _) if stem.len() < name.len() && super::arrays::is_session(name) => stem + "*",
+                    (stem, _) if stem.len() < name.len() && super::arrays::is_session(name) => {
+                        stem + "*"
+                    }
                     _ => name.to_owned(),
                 })
                 .collect();

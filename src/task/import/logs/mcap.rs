@@ -62,7 +62,12 @@ pub(super) struct Bag<'a> {
 type Visit<'v> = dyn FnMut(u8, &[u8]) -> Result<(), InputFault> + 'v;
 
 /// Calls `visit` with the records of a log, one after the other, chunks opened. `base` is where the bytes begin in the file.
-fn records(file: &str, bytes: &[u8], base: Option<usize>, visit: &mut Visit<'_>) -> Result<bool, InputFault> {
+fn records(
+    file: &str,
+    bytes: &[u8],
+    base: Option<usize>,
+    visit: &mut Visit<'_>,
+) -> Result<bool, InputFault> {
     let mut at = 0;
     let mut ended = false;
     while at < bytes.len() {
@@ -90,7 +95,8 @@ fn records(file: &str, bytes: &[u8], base: Option<usize>, visit: &mut Visit<'_>)
                 Record::Chunk { header, data } if header.compression.is_empty() => {
                     let crc = header.uncompressed_crc;
                     if crc != 0 && crc32fast::hash(&data) != crc {
-                        let problem = format!("the chunk {place} has another checksum than its bytes");
+                        let problem =
+                            format!("the chunk {place} has another checksum than its bytes");
                         return Err(fault(file, "", problem, "a whole MCAP log"));
                     }
                     records(file, &data, None, visit)?;
@@ -240,7 +246,8 @@ impl Bag<'_> {
             }
             Record::Message { header, data } => {
                 let Some(channel) = self.channels.get(&header.channel_id) else {
-                    let problem = format!("a message is of the unknown channel {}", header.channel_id);
+                    let problem =
+                        format!("a message is of the unknown channel {}", header.channel_id);
                     return Err(self.fault("", problem, "a channel before its messages"));
                 };
                 let topic = channel.topic;
@@ -262,9 +269,10 @@ impl Bag<'_> {
         name: &str,
         encoding: &str,
     ) -> Result<(), InputFault> {
-        let (kind, language, text) = self.schemas.get(&schema).map_or(("", "", &[][..]), |s| {
-            (s.0.as_str(), s.1.as_str(), &*s.2)
-        });
+        let (kind, language, text) = self
+            .schemas
+            .get(&schema)
+            .map_or(("", "", &[][..]), |s| (s.0.as_str(), s.1.as_str(), &*s.2));
         let at = self.topics.iter().position(|topic| topic.name == name && topic.kind == kind);
         let at = at.unwrap_or_else(|| {
             let mut topic = Topic::of(name, kind, &into.mapping);
@@ -429,7 +437,11 @@ impl Bag<'_> {
         self.values += told;
         let name = &self.topics[at].name;
         if self.values > MOST_ROWS {
-            return Err(self.fault(name, "the log has too many poses".into(), "at most 20 million"));
+            return Err(self.fault(
+                name,
+                "the log has too many poses".into(),
+                "at most 20 million",
+            ));
         }
         if self.frame_names.list.len() > MOST_FRAMES {
             return Err(self.fault(name, "the log has too many frames".into(), "at most 2,000"));
@@ -440,4 +452,3 @@ impl Bag<'_> {
         Ok(())
     }
 }
-

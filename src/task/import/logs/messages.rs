@@ -35,8 +35,12 @@ impl Shape {
         Some(match name {
             "TFMessage" | "FrameTransforms" => Self::Transforms,
             "TransformStamped" | "FrameTransform" => Self::Transform,
-            "PoseStamped" | "PoseWithCovarianceStamped" | "Pose" | "PoseWithCovariance"
-            | "Transform" | "PoseInFrame" => Self::Pose,
+            "PoseStamped"
+            | "PoseWithCovarianceStamped"
+            | "Pose"
+            | "PoseWithCovariance"
+            | "Transform"
+            | "PoseInFrame" => Self::Pose,
             "Odometry" => Self::Odometry,
             "PoseArray" | "PosesInFrame" => Self::Poses,
             "Detection3DArray" => Self::Detections,
@@ -107,7 +111,8 @@ fn text<'a>(value: &'a Value<'_>, name: &str) -> &'a str {
 /// Returns a frame's name without the stroke that older logs put before it.
 fn frame<'a>(value: &'a Value<'_>) -> &'a str {
     let own = text(value, "frame_id");
-    let own = if own.is_empty() { value.get("header").map_or("", |h| text(h, "frame_id")) } else { own };
+    let own =
+        if own.is_empty() { value.get("header").map_or("", |h| text(h, "frame_id")) } else { own };
     own.trim_start_matches('/')
 }
 
@@ -147,7 +152,9 @@ pub(super) fn read<'a>(
             tell(own, posed(message, child, None, message));
         }
         Shape::Poses => {
-            for (index, pose) in message.get("poses").map_or(&[][..], Value::list).iter().enumerate() {
+            for (index, pose) in
+                message.get("poses").map_or(&[][..], Value::list).iter().enumerate()
+            {
                 tell(own, posed(pose, format!("*_{index}"), None, message));
             }
         }
@@ -188,7 +195,8 @@ pub(super) fn read<'a>(
             signal(own, message.get("data").and_then(Value::number), tell);
         }
         Shape::Gripper => {
-            let inner = message.get("feedback").or_else(|| message.get("status")).unwrap_or(message);
+            let inner =
+                message.get("feedback").or_else(|| message.get("status")).unwrap_or(message);
             let named = ["width", "opening", "position", "gap"];
             let found = named.iter().find_map(|name| inner.get(name)?.number());
             signal(own, found, tell);
@@ -239,7 +247,8 @@ fn detected<'a>(
     let score = |result: &&'a Value<'_>| {
         hypothesis(result).get("score").and_then(Value::number).unwrap_or(0.0)
     };
-    let best = results.iter().reduce(|best, own| if score(&own) > score(&best) { own } else { best });
+    let best =
+        results.iter().reduce(|best, own| if score(&own) > score(&best) { own } else { best });
     let class = best.and_then(|result| {
         let own = hypothesis(result);
         own.get("class_id").or_else(|| own.get("id"))?.text()

@@ -78,8 +78,24 @@ pub(super) fn is_finger(patterns: &[String], joint: &str) -> bool {
 
 /// Words at the end of a topic's name that say what it gives, not of which object.
 const PLACES: [&str; 18] = [
-    "pose", "poses", "posestamped", "stamped", "position", "transform", "odom", "odometry", "tf",
-    "state", "filtered", "array", "detections", "raw", "tracked", "covariance", "with", "ground",
+    "pose",
+    "poses",
+    "posestamped",
+    "stamped",
+    "position",
+    "transform",
+    "odom",
+    "odometry",
+    "tf",
+    "state",
+    "filtered",
+    "array",
+    "detections",
+    "raw",
+    "tracked",
+    "covariance",
+    "with",
+    "ground",
 ];
 
 /// Returns the name of a topic without the words that say what it gives.
@@ -99,9 +115,28 @@ fn object_path(name: &str) -> &str {
 
 /// Frames of robots and sensors, by a word or the whole of their names.
 const PARTS: [&str; 22] = [
-    "link", "camera", "optical", "imu", "lidar", "laser", "joint", "footprint", "flange", "wrist",
-    "finger", "leftfinger", "rightfinger", "depth", "shoulder", "elbow", "forearm", "upperarm", "knuckle",
-    "caster", "wheel", "gps",
+    "link",
+    "camera",
+    "optical",
+    "imu",
+    "lidar",
+    "laser",
+    "joint",
+    "footprint",
+    "flange",
+    "wrist",
+    "finger",
+    "leftfinger",
+    "rightfinger",
+    "depth",
+    "shoulder",
+    "elbow",
+    "forearm",
+    "upperarm",
+    "knuckle",
+    "caster",
+    "wheel",
+    "gps",
 ];
 const WHOLE: [&str; 8] = ["base", "world", "map", "odom", "earth", "robot", "root", "origin"];
 
@@ -128,6 +163,7 @@ impl Topic {
             (None, None) => None,
         };
         let path = object_path(name);
+        let last = path.rsplit('/').next().filter(|last| !last.is_empty());
         let tail = name.rsplit('/').next().unwrap_or(name);
         Self {
             name: name.into(),
@@ -146,7 +182,7 @@ impl Topic {
             frames: BTreeSet::new(),
             kinds: HashMap::new(),
             joints: Vec::new(),
-            base: path.rsplit('/').next().unwrap_or(path).to_owned(),
+            base: last.unwrap_or(path).to_owned(),
         }
     }
 
