@@ -285,6 +285,7 @@ fn detections_of_a_camera_that_moves_are_in_the_frame_of_the_world() {
     let said = |what: &str, value: &str| {
         found.guesses.iter().any(|g| g.what == what && g.value == value && !g.reason.is_empty())
     };
+    assert!(said("id", "the class and the place in a message"), "{:?}", found.guesses);
     assert!(said("reference", "world") && said("length", "m"), "{:?}", found.guesses);
     let unused = found.unused[0].1.join("; ");
     for name in ["/camera/image (sensor_msgs/msg/Image)", "panda_leftfinger", "base_link"] {

@@ -398,6 +398,10 @@ impl Bag<'_> {
                 unused.push(format!("{} ({}){why}", topic.name, topic.kind));
                 continue;
             };
+            if topic.numbered {
+                let reason = format!("detections on {} have no ids", topic.name);
+                into.suppose(self.file, "id", "the class and the place in a message", reason);
+            }
             if !guessed {
                 continue;
             }

@@ -384,6 +384,7 @@ impl Bag<'_> {
                         topic.signal.push((t, value));
                     }
                 }
+                Reading::Numbered => topic.numbered = true,
                 Reading::Unseen => topic.unseen += 1,
                 _ if meaning != Meaning::Poses => {}
                 Reading::Edge { parent, child, pose } => {

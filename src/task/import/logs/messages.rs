@@ -70,6 +70,8 @@ pub(super) enum Reading<'a> {
     Edge { parent: &'a str, child: &'a str, pose: Pose },
     /// The pose of an object in a frame. An empty id stands for the topic, an empty frame for that of the log.
     Pose { id: String, kind: Option<String>, frame: &'a str, pose: Pose },
+    /// Objects of this message have numbers by their places in it.
+    Numbered,
     /// A pose whose numbers are none.
     Unseen,
     /// A number or a flag of the gripper.
@@ -164,6 +166,9 @@ pub(super) fn read<'a>(
             for detection in all {
                 let reading = detected(detection, message, &mut kinds);
                 tell(stamp(detection).or(own), reading);
+            }
+            if !kinds.is_empty() {
+                tell(own, Reading::Numbered);
             }
         }
         Shape::Detection => tell(own, detected(message, message, &mut Vec::new())),

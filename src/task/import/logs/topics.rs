@@ -32,6 +32,8 @@ pub(super) struct Topic {
     pub count: u64,
     /// Number of poses without numbers.
     pub unseen: u64,
+    /// Whether objects have numbers by their places in a message.
+    pub numbered: bool,
     /// Whether messages give their time.
     pub stamped: bool,
     pub signal: Vec<(i64, f64)>,
@@ -177,6 +179,7 @@ impl Topic {
             tree: ["tf", "tf_static"].contains(&tail) || kind.ends_with("FrameTransform"),
             count: 0,
             unseen: 0,
+            numbered: false,
             stamped: false,
             signal: Vec::new(),
             frames: BTreeSet::new(),
