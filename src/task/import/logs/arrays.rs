@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::super::columns::{Field, recognise};
-use super::super::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
 use super::maps::{DatasetMap, PoseDatasets};
 use super::sink::unit;
 use crate::robot::pose::quaternion_array;
+use crate::task::import::columns::{Field, recognise};
+use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
 
 /// Returns an error in one line.
 pub(super) fn words(error: &hdf5_pure::Error) -> String {

@@ -2,17 +2,17 @@
 
 use std::collections::HashMap;
 
-use super::super::columns::names_a_hand;
-use super::super::finish::median;
-use super::super::mapping::Length;
-use super::super::pattern::Pattern;
-use super::super::streams::{Dropped, Streams};
 use super::frames::{NO_FRAME, What, Who, compose};
 use super::maps::{Take, TopicMap};
 use super::mcap::Bag;
 use super::messages::Shape;
 use super::topics::{Topic, commands, names_a_part, opens};
 use crate::task::error::InputFault;
+use crate::task::import::columns::names_a_hand;
+use crate::task::import::finish::median;
+use crate::task::import::mapping::Length;
+use crate::task::import::pattern::Pattern;
+use crate::task::import::streams::{Dropped, Streams};
 
 /// Difference of clocks from which it is no delay, in nanoseconds.
 const ANOTHER_CLOCK: f64 = 1e9;

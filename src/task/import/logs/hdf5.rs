@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_pure::{DType, File, Group};
 
-use super::super::pattern::Pattern;
-use super::super::streams::{Sample, Streams};
 use super::arrays::{Form, Layout, guess, orientation, words};
 use super::maps::{DatasetMap, PoseDatasets};
 use super::sink::fault;
 use crate::robot::Pose;
 use crate::task::error::InputFault;
+use crate::task::import::pattern::Pattern;
+use crate::task::import::streams::{Sample, Streams};
 
 /// Greatest number of groups and datasets, and of groups in groups.
 const MOST_ENTRIES: usize = 100_000;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::mapping::Mapping;
 use crate::robot::Pose;
+use crate::task::import::mapping::Mapping;
 
 /// What is taken from the messages of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -7,8 +7,6 @@ use ::mcap::records::{ChunkHeader, Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{MAGIC, McapError, parse_record};
 
-use super::super::csv::MOST_ROWS;
-use super::super::streams::Streams;
 use super::cdr::{Form, Schema, Value, decode};
 use super::frames::{Frames, Item, NO_FRAME, Names, What};
 use super::messages::{Reading, Shape, read};
@@ -16,6 +14,8 @@ use super::sink::{fault, unit};
 use super::topics::{Meaning, Topic};
 use crate::robot::Pose;
 use crate::task::error::InputFault;
+use crate::task::import::csv::MOST_ROWS;
+use crate::task::import::streams::Streams;
 
 /// Greatest number of bytes of a record in a chunk, and of all records together once they are decompressed.
 const MOST_RECORD: usize = 64 << 20;

@@ -1,10 +1,10 @@
 //! Puts poses and signals of a log into the streams, as the rows of a table are.
 
-use super::super::csv::{MOST_ROWS, place, session_of};
-use super::super::mapping::TimeUnit;
-use super::super::streams::{Guess, Sample, Source, Streams};
 use crate::robot::Pose;
 use crate::task::error::InputFault;
+use crate::task::import::csv::{MOST_ROWS, place, session_of};
+use crate::task::import::mapping::TimeUnit;
+use crate::task::import::streams::{Guess, Sample, Source, Streams};
 use crate::task::recording::MAX_NAME;
 
 /// A fault in a log that has no lines. `field` names the topic or the dataset.

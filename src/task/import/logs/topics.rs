@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::super::mapping::Mapping;
-use super::super::pattern::Pattern;
 use super::maps::{Take, TopicMap};
 use super::messages::Shape;
+use crate::task::import::mapping::Mapping;
+use crate::task::import::pattern::Pattern;
 
 /// What is taken from a topic.
 pub(super) use super::maps::Take as Meaning;
