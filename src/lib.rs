@@ -94,6 +94,7 @@
 
 pub mod doubt;
 pub mod files;
+mod logs;
 pub mod plan;
 pub mod record;
 // Rustdoc uses the first definition of each link. These definitions point to items; those of the file point to source

@@ -2,9 +2,9 @@
 
 use super::layout::{Finder, Layout, Turn};
 use super::mapping::{Angle, TableMap, TimeUnit};
-use super::pattern::Pattern;
 use super::rows::{Row, Rows, is_missing, number};
 use super::streams::{Guess, Source, Streams};
+use crate::logs::Pattern;
 use crate::task::error::InputFault;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 

@@ -6,8 +6,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::columns::{kind_of, names_a_hand};
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
-use super::pattern::Pattern;
 use super::streams::{Dropped, Guess, Part, Sample, Source, Streams, Track};
+use crate::logs::Pattern;
 use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;

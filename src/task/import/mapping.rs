@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::logs::{DatasetMap, TopicMap};
-use super::pattern::Pattern;
 use crate::files::{Limit, read_file};
+use crate::logs::Pattern;
+use crate::logs::{DatasetMap, TopicMap};
 use crate::robot::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
 

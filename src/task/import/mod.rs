@@ -32,17 +32,15 @@ mod logs;
 mod mapping;
 mod moments;
 mod motion;
-mod pattern;
 mod rows;
 mod signals;
 mod streams;
 
+pub use crate::logs::{DatasetMap, PoseDatasets, Take, TopicMap, fits};
 pub use finish::{Log, Session};
-pub use logs::{DatasetMap, PoseDatasets, Take, TopicMap};
 pub use mapping::{
     Angle, FORMAT, Handed, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap,
     TimeUnit, Up, VERSION,
 };
 pub use moments::{Imported, Moment, Seen};
-pub use pattern::fits;
 pub use streams::{Dropped, Guess, Part, Sample, Streams, Track};

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::maps::{DatasetMap, PoseDatasets};
-use super::sink::unit;
+use crate::logs::{DatasetMap, PoseDatasets, unit};
 use crate::robot::pose::quaternion_array;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};

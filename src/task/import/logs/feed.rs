@@ -2,16 +2,16 @@
 
 use std::collections::HashMap;
 
-use super::frames::{NO_FRAME, What, Who, compose};
-use super::maps::{Take, TopicMap};
-use super::mcap::Bag;
-use super::messages::Shape;
-use super::topics::{Topic, commands, names_a_part, opens};
+use super::sink::fault;
+use crate::logs::bag::Bag;
+use crate::logs::frames::{NO_FRAME, What, Who, compose};
+use crate::logs::messages::Shape;
+use crate::logs::topics::{Asked, Topic, commands, names_a_part, opens};
+use crate::logs::{Pattern, Take, TopicMap};
 use crate::task::error::InputFault;
 use crate::task::import::columns::names_a_hand;
 use crate::task::import::finish::median;
 use crate::task::import::mapping::Length;
-use crate::task::import::pattern::Pattern;
 use crate::task::import::streams::{Dropped, Streams};
 
 /// Difference of clocks from which it is no delay, in nanoseconds.
@@ -40,32 +40,58 @@ struct Choice {
     left: Vec<(u32, &'static str)>,
 }
 
-impl Bag<'_> {
+/// A log with the name of its file.
+struct Feed<'a> {
+    file: &'a str,
+    bag: Bag,
+}
+
+impl Streams {
+    /// Adds the messages of an MCAP log.
+    ///
+    /// # Errors
+    /// [`InputFault`] with the topic and the message, or the place in the file, of the first fault.
+    pub(super) fn add_mcap(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
+        let mapping = &self.mapping;
+        let ignores = |name: &str| mapping.ignores(name);
+        let asked = Asked { ignores: &ignores, topics: &mapping.topics };
+        let bag = Bag::read(bytes, &asked);
+        let bag = bag.map_err(|own| fault(file, &own.field, own.problem, own.expected))?;
+        Feed { file, bag }.feed(self)
+    }
+}
+
+impl Feed<'_> {
+    fn fault(&self, topic: &str, problem: String, expected: &str) -> InputFault {
+        fault(self.file, topic, problem, expected)
+    }
+
     /// Puts what was read into the streams.
-    pub(super) fn feed(mut self, into: &mut Streams) -> Result<(), InputFault> {
+    fn feed(mut self, into: &mut Streams) -> Result<(), InputFault> {
         self.check_given(into)?;
         self.align_clocks(into);
         self.leave_out_markers();
         self.choose_signal(Take::Width, into);
         self.choose_signal(Take::Grasp, into);
-        let mut items = std::mem::take(&mut self.items);
-        items.retain(|item| self.topics[item.topic as usize].meaning == Some(Take::Poses));
-        self.items = items;
+        let mut items = std::mem::take(&mut self.bag.items);
+        items.retain(|item| self.bag.topics[item.topic as usize].meaning == Some(Take::Poses));
+        self.bag.items = items;
         let choice = self.choose_frames(into)?;
         let (session, part) = into.place_of(self.file)?;
         let part = into.part(&session, &part);
         let sources: Vec<u32> =
-            self.topics.iter().map(|topic| into.source(self.file, topic.map.frame)).collect();
+            self.bag.topics.iter().map(|topic| into.source(self.file, topic.map.frame)).collect();
         for source in &sources {
             into.sources[*source as usize].length.get_or_insert(Length::Metre);
         }
         self.poses(into, part, &sources, &choice)?;
         let mut signals = false;
-        for (topic, source) in self.topics.iter().zip(&sources) {
-            signals |= topic.signal(into, part, *source);
+        for (topic, source) in self.bag.topics.iter().zip(&sources) {
+            signals |= signal(topic, into, part, *source);
         }
-        if !self.topics.iter().any(|topic| topic.meaning.is_some()) && !signals {
-            let known = self.topics.iter().map(|topic| format!("{} ({})", topic.name, topic.kind));
+        if !self.bag.topics.iter().any(|topic| topic.meaning.is_some()) && !signals {
+            let known =
+                self.bag.topics.iter().map(|topic| format!("{} ({})", topic.name, topic.kind));
             let known: Vec<String> = known.collect();
             let problem = match known.is_empty() {
                 true => "it has no topics".to_owned(),
@@ -80,7 +106,7 @@ impl Bag<'_> {
 
     /// Refuses what the mapping asks for and the log does not hold.
     fn check_given(&self, into: &mut Streams) -> Result<(), InputFault> {
-        for topic in self.topics.iter().filter(|topic| topic.given && topic.meaning.is_some()) {
+        for topic in self.bag.topics.iter().filter(|topic| topic.given && topic.meaning.is_some()) {
             let fits = topic.shape.is_some_and(|s| s.poses() == (topic.map.take == Take::Poses));
             if !fits {
                 let problem = format!("its type is `{}`", topic.kind);
@@ -94,13 +120,13 @@ impl Bag<'_> {
         }
         let asked = &into.mapping.topics;
         let missing = |map: &&TopicMap| {
-            !self.topics.iter().any(|topic| Pattern::fits(&map.topic, &topic.name))
+            !self.bag.topics.iter().any(|topic| Pattern::fits(&map.topic, &topic.name))
         };
         let missing: Vec<String> = asked.iter().filter(missing).map(|m| m.topic.clone()).collect();
         if missing.len() == asked.len()
             && let Some(first) = missing.first()
         {
-            let known = several(self.topics.iter().map(|topic| &*topic.name));
+            let known = several(self.bag.topics.iter().map(|topic| &*topic.name));
             let problem = "there is no such topic".to_owned();
             return Err(self.fault(first, problem, &format!("one of: {known}")));
         }
@@ -112,19 +138,19 @@ impl Bag<'_> {
 
     /// Puts topics without times of their own on the clock of the others.
     fn align_clocks(&mut self, into: &mut Streams) {
-        let mut ahead: Vec<f64> = self.ahead.iter().map(|ns| *ns as f64).collect();
+        let mut ahead: Vec<f64> = self.bag.ahead.iter().map(|ns| *ns as f64).collect();
         let Some(ahead) = median(&mut ahead).filter(|ahead| ahead.abs() > ANOTHER_CLOCK) else {
             return;
         };
-        let alone: Vec<bool> = self.topics.iter().map(|topic| !topic.stamped).collect();
-        if !alone.iter().zip(&self.topics).any(|(alone, t)| *alone && t.meaning.is_some()) {
+        let alone: Vec<bool> = self.bag.topics.iter().map(|topic| !topic.stamped).collect();
+        if !alone.iter().zip(&self.bag.topics).any(|(alone, t)| *alone && t.meaning.is_some()) {
             return;
         }
         let back = ahead as i64;
-        for item in self.items.iter_mut().filter(|item| alone[item.topic as usize]) {
+        for item in self.bag.items.iter_mut().filter(|item| alone[item.topic as usize]) {
             item.t = item.t.saturating_sub(back);
         }
-        for topic in self.topics.iter_mut().filter(|topic| !topic.stamped) {
+        for topic in self.bag.topics.iter_mut().filter(|topic| !topic.stamped) {
             topic.signal.iter_mut().for_each(|(t, _)| *t = t.saturating_sub(back));
         }
         let reason = format!("the clock of the log is {:.1} s ahead of it", ahead / 1e9);
@@ -135,8 +161,8 @@ impl Bag<'_> {
     fn leave_out_markers(&mut self) {
         let marker = |topic: &Topic| matches!(topic.shape, Some(Shape::Marker | Shape::Markers));
         let poses = |topic: &Topic| topic.meaning == Some(Take::Poses) && topic.count > 0;
-        if self.topics.iter().any(|topic| poses(topic) && !marker(topic)) {
-            for topic in self.topics.iter_mut().filter(|topic| marker(topic) && !topic.given) {
+        if self.bag.topics.iter().any(|topic| poses(topic) && !marker(topic)) {
+            for topic in self.bag.topics.iter_mut().filter(|topic| marker(topic) && !topic.given) {
                 topic.meaning = None;
                 topic.why = Some("markers show what other topics give".into());
             }
@@ -154,19 +180,19 @@ impl Bag<'_> {
             (commands(&topic.name), shape)
         };
         let own = |topic: &&mut Topic| topic.meaning == Some(take) && !topic.given;
-        for topic in self.topics.iter_mut().filter(own) {
+        for topic in self.bag.topics.iter_mut().filter(own) {
             if topic.signal.is_empty() {
                 topic.meaning = None;
                 let joints = topic.shape == Some(Shape::Joints) && topic.count > 0;
                 topic.why = joints.then(|| "no joint is named finger or gripper".into());
             }
         }
-        let found = self.topics.iter().filter(|topic| topic.meaning == Some(take));
+        let found = self.bag.topics.iter().filter(|topic| topic.meaning == Some(take));
         let Some(best) = found.min_by_key(|topic| rank(topic)).map(|topic| topic.name.clone())
         else {
             return;
         };
-        for topic in self.topics.iter_mut().filter(own) {
+        for topic in self.bag.topics.iter_mut().filter(own) {
             if topic.name != best {
                 topic.meaning = None;
                 topic.why = Some(format!("{best} gives the same of the gripper"));
@@ -189,14 +215,14 @@ impl Bag<'_> {
 
     /// Chooses the frame of reference, and which frames are objects.
     fn choose_frames(&mut self, into: &mut Streams) -> Result<Choice, InputFault> {
-        let names = &self.frame_names;
+        let names = &self.bag.frame_names;
         let name = |frame: u32| names.list[frame as usize].as_str();
-        let hung = self.items.iter().any(|item| matches!(item.what, What::Edge { .. }));
+        let hung = self.bag.items.iter().any(|item| matches!(item.what, What::Edge { .. }));
         let mut own: Vec<u32> = Vec::new();
-        for item in &self.items {
+        for item in &self.bag.items {
             if let What::Pose { frame, .. } = item.what
                 && frame != NO_FRAME
-                && self.topics[item.topic as usize].map.frame.is_none()
+                && self.bag.topics[item.topic as usize].map.frame.is_none()
                 && !own.contains(&frame)
             {
                 own.push(frame);
@@ -214,7 +240,7 @@ impl Bag<'_> {
                 }
             },
             None => match (hung, &*own) {
-                (true, _) => match self.frames.root() {
+                (true, _) => match self.bag.frames.root() {
                     Some((root, under, all)) => {
                         let reason = format!("it is the root of {under} of {all} frames");
                         into.suppose(self.file, "reference", name(root), reason);
@@ -239,23 +265,23 @@ impl Bag<'_> {
                 }
             },
         };
-        let count = self.frames.parents.len();
+        let count = self.bag.frames.parents.len();
         let (mut taken, mut left) = (vec![false; count], Vec::new());
-        let hung = |frame: u32| !self.frames.parents[frame as usize].is_empty();
+        let hung = |frame: u32| !self.bag.frames.parents[frame as usize].is_empty();
         let of_hand = |id: &str| match &into.mapping.hand {
             Some(pattern) => Pattern::fits(pattern, id),
             None => names_a_hand(id),
         };
         let hands = (1..count as u32).filter(|frame| hung(*frame) && of_hand(name(*frame)));
-        let hand =
-            hands.min_by_key(|frame| (self.frames.still(*frame), self.frames.up(*frame).len()));
-        let arm = hand.map(|hand| self.frames.up(hand)).unwrap_or_default();
-        let elsewhere = self.items.iter().any(|item| match item.what {
-            What::Pose { object, .. } => of_hand(&self.objects.list[object as usize]),
+        let hand = hands
+            .min_by_key(|frame| (self.bag.frames.still(*frame), self.bag.frames.up(*frame).len()));
+        let arm = hand.map(|hand| self.bag.frames.up(hand)).unwrap_or_default();
+        let elsewhere = self.bag.items.iter().any(|item| match item.what {
+            What::Pose { object, .. } => of_hand(&self.bag.objects.list[object as usize]),
             What::Edge { .. } => false,
         });
         for frame in (1..count as u32).filter(|frame| hung(*frame)) {
-            let mut topics = self.topics.iter().filter(|t| t.frames.contains(&frame));
+            let mut topics = self.bag.topics.iter().filter(|t| t.frames.contains(&frame));
             let asked = topics.clone().any(|topic| !topic.map.objects.is_empty());
             let why = match () {
                 () if into.mapping.ignores(name(frame)) => "is to be left out",
@@ -267,8 +293,10 @@ impl Bag<'_> {
                 },
                 () if Some(frame) == hand && elsewhere => "is the hand, which another topic gives",
                 () if Some(frame) == hand => "",
-                () if arm.contains(&frame) && self.frames.moves[frame as usize] => "moves the hand",
-                () if hand.is_some_and(|hand| self.frames.always_under(frame, hand)) => {
+                () if arm.contains(&frame) && self.bag.frames.moves[frame as usize] => {
+                    "moves the hand"
+                }
+                () if hand.is_some_and(|hand| self.bag.frames.always_under(frame, hand)) => {
                     "is part of the hand"
                 }
                 () if frame == reference => "is the frame of reference",
@@ -292,8 +320,8 @@ impl Bag<'_> {
         sources: &[u32],
         choice: &Choice,
     ) -> Result<(), InputFault> {
-        let mut items = std::mem::take(&mut self.items);
-        let (topics, file) = (&self.topics, self.file);
+        let mut items = std::mem::take(&mut self.bag.items);
+        let (topics, file) = (&self.bag.topics, self.file);
         let of_tree = topics.iter().position(|topic| !topic.frames.is_empty()).unwrap_or(0);
         // The track of each frame and object, and the topic that gives it; `None` if it is not taken.
         let mut tracks: HashMap<Who, Option<usize>> = HashMap::new();
@@ -302,15 +330,15 @@ impl Bag<'_> {
         let as_is = |topic: u32| topics[topic as usize].map.frame.is_some();
         let lost = compose(
             &mut items,
-            &self.frames,
+            &self.bag.frames,
             choice.reference,
             &choice.taken,
             &as_is,
             &mut |t, who, pose| {
                 let (id, topic) = match who {
-                    Who::Frame(frame) => (&self.frame_names.list[frame as usize], None),
+                    Who::Frame(frame) => (&self.bag.frame_names.list[frame as usize], None),
                     Who::Object { object, topic } => {
-                        (&self.objects.list[object as usize], Some(topic))
+                        (&self.bag.objects.list[object as usize], Some(topic))
                     }
                 };
                 let at = topic.map_or(of_tree, |topic| topic as usize);
@@ -351,11 +379,11 @@ impl Bag<'_> {
             let problem = "too many frames hang on frames that move".to_owned();
             return Err(self.fault("", problem, "at most 1e9 steps from frame to frame"));
         }
-        let name = |frame: u32| &*self.frame_names.list[frame as usize];
+        let name = |frame: u32| &*self.bag.frame_names.list[frame as usize];
         for (frame, count) in &lost.unconnected {
-            let path = self.frames.up(*frame);
-            let reference = self.frames.up(choice.reference);
-            let given = self.frames.uses[*frame as usize] > 0;
+            let path = self.bag.frames.up(*frame);
+            let reference = self.bag.frames.up(choice.reference);
+            let given = self.bag.frames.uses[*frame as usize] > 0;
             if given && path.last() != reference.last() {
                 let problem = format!(
                     "{count} poses are in the frame `{}`, which no transform connects to `{}`",
@@ -372,27 +400,27 @@ impl Bag<'_> {
             );
             into.dropped.push(Dropped { what, count: *count });
         }
-        for topic in self.topics.iter().filter(|topic| topic.unseen > 0) {
+        for topic in self.bag.topics.iter().filter(|topic| topic.unseen > 0) {
             let what = format!("pose without numbers on {}", topic.name);
             into.dropped.push(Dropped { what, count: topic.unseen });
         }
         let repeated = repeated.into_keys();
         into.dropped.extend(repeated.map(|what| Dropped { what, count: 1 }));
         into.dropped.sort_by(|a, b| a.what.cmp(&b.what));
-        self.items = items;
+        self.bag.items = items;
         Ok(())
     }
 
     /// Says what was taken and what was not, and writes the mapping that takes the same.
     fn tell(&self, into: &mut Streams, choice: &Choice) {
-        let name = |frame: &u32| &*self.frame_names.list[*frame as usize];
+        let name = |frame: &u32| &*self.bag.frame_names.list[*frame as usize];
         let mut unused: Vec<String> = Vec::new();
         let guessed = into.mapping.topics.is_empty();
         if into.mapping.length.is_none() {
             let reason = "ROS gives positions in metres (REP 103)".to_owned();
             into.suppose(self.file, "length", Length::Metre.name(), reason);
         }
-        for topic in &self.topics {
+        for topic in &self.bag.topics {
             let Some(take) = topic.meaning.filter(|_| topic.count > 0) else {
                 let why = topic.why.as_ref().map_or(String::new(), |why| format!(": {why}"));
                 unused.push(format!("{} ({}){why}", topic.name, topic.kind));
@@ -481,23 +509,21 @@ impl Bag<'_> {
     }
 }
 
-impl Topic {
-    /// Puts the topic's signal of the gripper into a part. Returns whether there is one.
-    fn signal(&self, into: &mut Streams, part: usize, source: u32) -> bool {
-        let sign = if self.map.invert == Some(true) { -1.0 } else { 1.0 };
-        let part = &mut into.parts[part];
-        match self.meaning {
-            Some(Take::Width) => {
-                part.width.extend(self.signal.iter().map(|(t, value)| (seconds(*t), sign * value)));
-            }
-            Some(Take::Grasp) => {
-                let set = |value: f64| (value > 0.5) != (sign < 0.0);
-                part.grasp.extend(self.signal.iter().map(|(t, value)| (seconds(*t), set(*value))));
-            }
-            _ => return false,
+/// Puts the topic's signal of the gripper into a part. Returns whether there is one.
+fn signal(topic: &Topic, into: &mut Streams, part: usize, source: u32) -> bool {
+    let sign = if topic.map.invert == Some(true) { -1.0 } else { 1.0 };
+    let part = &mut into.parts[part];
+    match topic.meaning {
+        Some(Take::Width) => {
+            part.width.extend(topic.signal.iter().map(|(t, value)| (seconds(*t), sign * value)));
         }
-        part.signal_source = Some(source);
-        into.sources[source as usize].rows += self.signal.len() as u64;
-        !self.signal.is_empty()
+        Some(Take::Grasp) => {
+            let set = |value: f64| (value > 0.5) != (sign < 0.0);
+            part.grasp.extend(topic.signal.iter().map(|(t, value)| (seconds(*t), set(*value))));
+        }
+        _ => return false,
     }
+    part.signal_source = Some(source);
+    into.sources[source as usize].rows += topic.signal.len() as u64;
+    !topic.signal.is_empty()
 }

@@ -5,12 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use hdf5_pure::{DType, File, Group};
 
 use super::arrays::{Form, Layout, guess, orientation, words};
-use super::maps::{DatasetMap, PoseDatasets};
 use super::sink::fault;
+use crate::logs::{DatasetMap, Pattern, PoseDatasets, UNSEEN};
 use crate::robot::Pose;
 use crate::task::error::InputFault;
-use crate::task::import::pattern::Pattern;
-use crate::task::import::streams::{Sample, Streams};
+use crate::task::import::streams::Streams;
 
 /// Greatest number of groups and datasets, and of groups in groups.
 const MOST_ENTRIES: usize = 100_000;
@@ -417,7 +416,7 @@ impl Arrays<'_> {
                 };
                 let seen = turn.iter().all(|v| v.is_finite()) && !turn.is_empty();
                 let orientation = match seen {
-                    false => Sample::UNSEEN,
+                    false => UNSEEN,
                     true => orientation(&turn, &into.mapping).map_err(|problem| {
                         let problem = format!("row {row}: {problem}");
                         fault(self.file, field, problem, "a rotation in each row")

@@ -3,25 +3,14 @@
 #[cfg(feature = "hdf5")]
 mod arrays;
 #[cfg(feature = "mcap")]
-mod cdr;
-#[cfg(feature = "mcap")]
 mod feed;
-#[cfg(feature = "mcap")]
-mod frames;
+mod found;
 #[cfg(feature = "hdf5")]
 mod hdf5;
-mod maps;
-#[cfg(feature = "mcap")]
-mod mcap;
-#[cfg(feature = "mcap")]
-mod messages;
 #[cfg(any(feature = "mcap", feature = "hdf5"))]
 mod sink;
-#[cfg(feature = "mcap")]
-mod topics;
 
-pub(super) use maps::Found;
-pub use maps::{DatasetMap, PoseDatasets, Take, TopicMap};
+pub(super) use found::Found;
 
 use super::streams::Streams;
 use crate::task::error::InputFault;

@@ -18,21 +18,6 @@ pub(super) fn fault(
     InputFault { file, line: None, field, problem: problem.into(), expected: expected.into() }
 }
 
-/// Returns a unit quaternion; one that was not seen if all numbers are zero.
-///
-/// # Errors
-/// What is wrong, in words, if the norm is not about 1.
-pub(super) fn unit(q: [f64; 4]) -> Result<[f64; 4], String> {
-    let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if norm < 1e-6 {
-        return Ok(Sample::UNSEEN);
-    }
-    if !(0.9..1.1).contains(&norm) {
-        return Err(format!("the quaternion has the norm {norm:.3}"));
-    }
-    Ok(q.map(|v| v / norm))
-}
-
 impl Streams {
     /// Notes a guess, once for all files that give the same.
     pub(super) fn suppose(&mut self, file: &str, what: &str, value: &str, reason: String) {

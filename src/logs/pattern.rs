@@ -1,7 +1,7 @@
 //! Patterns of names: `*` for any text, and names in braces for text that is kept.
 
 /// A pattern of file names, ids or columns.
-pub(super) struct Pattern;
+pub(crate) struct Pattern;
 
 impl Pattern {
     /// Returns whether a pattern fits a whole name.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 /// A value in a message. Flags are numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value<'a> {
+pub(crate) enum Value<'a> {
     /// Nothing that is used: null, or a long list of plain numbers.
     Missing,
     Number(f64),
@@ -121,7 +121,7 @@ struct Field {
 
 /// The records of a message, the message itself first.
 #[derive(Debug)]
-pub(super) struct Schema(Vec<Vec<Field>>);
+pub(crate) struct Schema(Vec<Vec<Field>>);
 
 /// Greatest number of records and of fields in a schema.
 const MOST_FIELDS: usize = 10_000;
@@ -245,7 +245,7 @@ fn field(line: &str, package: &str, names: &mut Vec<String>) -> Result<Option<Fi
 
 /// How messages are written as bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(crate) enum Form {
     /// The Common Data Representation, behind four bytes that say which.
     Cdr,
     /// That of ROS 1: little-endian, without padding.
@@ -266,7 +266,7 @@ struct Reader<'a> {
 ///
 /// # Errors
 /// What is wrong, in words.
-pub(super) fn decode<'a>(
+pub(crate) fn decode<'a>(
     schema: &'a Schema,
     form: Form,
     bytes: &'a [u8],
@@ -416,5 +416,5 @@ impl<'a> Reader<'a> {
 }
 
 #[cfg(test)]
-#[path = "../../../../tests/unit/cdr.rs"]
+#[path = "../../tests/unit/cdr.rs"]
 mod tests;

@@ -4,21 +4,25 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::maps::{Take, TopicMap};
 use super::messages::Shape;
-use crate::task::import::mapping::Mapping;
-use crate::task::import::pattern::Pattern;
+use super::pattern::Pattern;
 
-/// What is taken from a topic.
-pub(super) use super::maps::Take as Meaning;
+/// What is asked of a log.
+pub(crate) struct Asked<'a> {
+    /// Whether a topic is to be left out.
+    pub ignores: &'a dyn Fn(&str) -> bool,
+    /// The topics to take; all that are known if there are none.
+    pub topics: &'a [TopicMap],
+}
 
 /// A topic with what its messages said.
 #[derive(Debug)]
-pub(super) struct Topic {
+pub(crate) struct Topic {
     pub name: String,
     /// Type of its messages.
     pub kind: String,
     pub shape: Option<Shape>,
     /// What is taken; `None` if nothing is.
-    pub meaning: Option<Meaning>,
+    pub meaning: Option<Take>,
     pub map: TopicMap,
     /// Whether the mapping names it.
     pub given: bool,
@@ -59,18 +63,18 @@ fn grips(name: &str) -> bool {
 }
 
 /// Returns whether a topic is named after what is wanted, not what is.
-pub(super) fn commands(name: &str) -> bool {
+pub(crate) fn commands(name: &str) -> bool {
     let wanted = ["command", "commands", "cmd", "goal", "target", "desired", "set", "setpoint"];
     words(name).any(|word| wanted.contains(&word.as_str()))
 }
 
 /// Returns whether a topic is named after an open gripper.
-pub(super) fn opens(name: &str) -> bool {
+pub(crate) fn opens(name: &str) -> bool {
     words(name).any(|word| ["open", "opened", "released"].contains(&word.as_str()))
 }
 
 /// Returns whether a joint moves a finger, by the mapping or by its name.
-pub(super) fn is_finger(patterns: &[String], joint: &str) -> bool {
+pub(crate) fn is_finger(patterns: &[String], joint: &str) -> bool {
     if patterns.is_empty() {
         let name = joint.to_lowercase();
         return name.contains("finger") || name.contains("gripper");
@@ -143,7 +147,7 @@ const PARTS: [&str; 22] = [
 const WHOLE: [&str; 8] = ["base", "world", "map", "odom", "earth", "robot", "root", "origin"];
 
 /// Returns whether a frame's name is that of a part of a robot or a sensor, or of a frame of reference.
-pub(super) fn names_a_part(name: &str) -> bool {
+pub(crate) fn names_a_part(name: &str) -> bool {
     let plain = |word: &str| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
     WHOLE.contains(&name.to_lowercase().as_str())
         || words(name).any(|word| PARTS.contains(&plain(&word).as_str()))
@@ -151,13 +155,13 @@ pub(super) fn names_a_part(name: &str) -> bool {
 
 impl Topic {
     /// Makes a topic without messages.
-    pub fn of(name: &str, kind: &str, mapping: &Mapping) -> Self {
+    pub fn of(name: &str, kind: &str, asked: &Asked<'_>) -> Self {
         let shape = Shape::of(kind);
-        let given = mapping.topics.iter().find(|topic| Pattern::fits(&topic.topic, name)).cloned();
+        let given = asked.topics.iter().find(|topic| Pattern::fits(&topic.topic, name)).cloned();
         let meaning = match (&given, shape) {
-            _ if mapping.ignores(name) => None,
+            _ if (asked.ignores)(name) => None,
             (Some(map), _) => Some(map.take),
-            (None, _) if !mapping.topics.is_empty() => None,
+            (None, _) if !asked.topics.is_empty() => None,
             (None, Some(Shape::Joints | Shape::Gripper)) => Some(Take::Width),
             (None, Some(Shape::Number)) => grips(name).then_some(Take::Width),
             (None, Some(Shape::Flag)) => grips(name).then_some(Take::Grasp),
@@ -234,7 +238,11 @@ mod tests {
             ("/robot/ee/pose_stamped", "ee"),
             ("/", "/"),
         ] {
-            let topic = Topic::of(name, "geometry_msgs/msg/PoseStamped", &Mapping::unknown());
+            let topic = Topic::of(
+                name,
+                "geometry_msgs/msg/PoseStamped",
+                &Asked { ignores: &|_| false, topics: &[] },
+            );
             assert_eq!(topic.base, base, "{name}");
         }
         for (name, part) in [

@@ -1,4 +1,4 @@
-//! Reads MCAP logs: their records, channels and messages. What the messages say goes into the streams by topic.
+//! Reads MCAP logs: their records, channels and messages, and what the messages say, by topic.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,12 +10,9 @@ use ::mcap::{MAGIC, McapError, parse_record};
 use super::cdr::{Form, Schema, Value, decode};
 use super::frames::{Frames, Item, NO_FRAME, Names, What};
 use super::messages::{Reading, Shape, read};
-use super::sink::{fault, unit};
-use super::topics::{Meaning, Topic};
+use super::topics::{Asked, Topic};
+use super::{Fault, Take, unit};
 use crate::robot::Pose;
-use crate::task::error::InputFault;
-use crate::task::import::csv::MOST_ROWS;
-use crate::task::import::streams::Streams;
 
 /// Greatest number of bytes of a record in a chunk, and of all records together once they are decompressed.
 const MOST_RECORD: usize = 64 << 20;
@@ -27,6 +24,8 @@ const MOST_SCHEMA: usize = 1 << 20;
 const MOST_FRAMES: usize = 2_000;
 const MOST_OBJECTS: usize = 20_000;
 const MOST_TOPICS: usize = 10_000;
+/// Greatest number of poses.
+const MOST_POSES: u64 = 20_000_000;
 /// Number of messages of which the clocks are compared.
 const LOOK: usize = 10_000;
 
@@ -42,9 +41,12 @@ struct Channel {
     coding: Option<Coding>,
 }
 
-/// A log while it is read.
-pub(super) struct Bag<'a> {
-    pub file: &'a str,
+fn fault(field: &str, problem: impl Into<String>, expected: &str) -> Fault {
+    Fault { field: field.into(), problem: problem.into(), expected: expected.into() }
+}
+
+/// What the messages of a log say.
+pub(crate) struct Bag {
     pub topics: Vec<Topic>,
     pub frame_names: Names,
     pub objects: Names,
@@ -59,15 +61,10 @@ pub(super) struct Bag<'a> {
     values: u64,
 }
 
-type Visit<'v> = dyn FnMut(u8, &[u8]) -> Result<(), InputFault> + 'v;
+type Visit<'v> = dyn FnMut(u8, &[u8]) -> Result<(), Fault> + 'v;
 
 /// Calls `visit` with the records of a log, one after the other, chunks opened. `base` is where the bytes begin in the file.
-fn records(
-    file: &str,
-    bytes: &[u8],
-    base: Option<usize>,
-    visit: &mut Visit<'_>,
-) -> Result<bool, InputFault> {
+fn records(bytes: &[u8], base: Option<usize>, visit: &mut Visit<'_>) -> Result<bool, Fault> {
     let mut at = 0;
     let mut ended = false;
     while at < bytes.len() {
@@ -77,18 +74,18 @@ fn records(
             if ended {
                 break;
             }
-            return Err(cut(file, &format!("it ends inside a record {place}")));
+            return Err(cut(&format!("it ends inside a record {place}")));
         };
         let length = length.try_into().map_or(u64::MAX, u64::from_le_bytes);
         let end = usize::try_from(length).ok().and_then(|length| (at + 9).checked_add(length));
         let Some(body) = end.and_then(|end| bytes.get(at + 9..end)) else {
             let left = bytes.len() - at - 9;
             let problem = format!("the record {place} has {length} bytes, and {left} are left");
-            return Err(cut(file, &problem));
+            return Err(cut(&problem));
         };
         let broken = |error: McapError| {
             let problem = format!("the record {place} cannot be read: {}", words(&error));
-            fault(file, "", problem, "a whole MCAP log")
+            fault("", problem, "a whole MCAP log")
         };
         if *own == op::CHUNK && base.is_some() {
             match parse_record(op::CHUNK, body).map_err(broken)? {
@@ -97,13 +94,13 @@ fn records(
                     if crc != 0 && crc32fast::hash(&data) != crc {
                         let problem =
                             format!("the chunk {place} has another checksum than its bytes");
-                        return Err(fault(file, "", problem, "a whole MCAP log"));
+                        return Err(fault("", problem, "a whole MCAP log"));
                     }
-                    records(file, &data, None, visit)?;
+                    records(&data, None, visit)?;
                 }
                 Record::Chunk { header, .. } => {
                     let whole = &bytes[at..at + 9 + body.len()];
-                    chunk(file, whole, &header, &place, visit)?;
+                    chunk(whole, &header, &place, visit)?;
                 }
                 _ => {}
             }
@@ -121,8 +118,8 @@ fn records(
     Ok(ended)
 }
 
-fn cut(file: &str, problem: &str) -> InputFault {
-    fault(file, "", problem, "a whole MCAP log; `mcap recover` saves what a cut one holds")
+fn cut(problem: &str) -> Fault {
+    fault("", problem, "a whole MCAP log; `mcap recover` saves what a cut one holds")
 }
 
 /// Returns an error with its cause.
@@ -134,12 +131,11 @@ fn words(error: &McapError) -> String {
 
 /// Opens a compressed chunk. `whole` is its record.
 fn chunk(
-    file: &str,
     whole: &[u8],
     header: &ChunkHeader,
     place: &str,
     visit: &mut Visit<'_>,
-) -> Result<(), InputFault> {
+) -> Result<(), Fault> {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
@@ -159,7 +155,7 @@ fn chunk(
             Ok(LinearReadEvent::Record { data, opcode }) => visit(opcode, data)?,
             Err(McapError::UnsupportedCompression(name)) => {
                 let problem = format!("the chunk {place} is compressed by `{name}`");
-                return Err(fault(file, "", problem, "chunks compressed by zstd or lz4, or not"));
+                return Err(fault("", problem, "chunks compressed by zstd or lz4, or not"));
             }
             Err(error) => {
                 let compression = &header.compression;
@@ -167,21 +163,20 @@ fn chunk(
                     "the chunk {place}, compressed by {compression}, cannot be read: {}",
                     words(&error)
                 );
-                return Err(fault(file, "", problem, "a whole MCAP log"));
+                return Err(fault("", problem, "a whole MCAP log"));
             }
         }
     }
     Ok(())
 }
 
-impl Streams {
-    /// Adds the messages of an MCAP log.
+impl Bag {
+    /// Reads an MCAP log. Costs a few microseconds a message that is taken, and what its chunks cost to open.
     ///
     /// # Errors
-    /// [`InputFault`] with the topic and the message, or the place in the file, of the first fault.
-    pub(super) fn add_mcap(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
-        let mut bag = Bag {
-            file,
+    /// [`Fault`] with the topic and the message, or the place in the file, of the first fault.
+    pub fn read(bytes: &[u8], asked: &Asked<'_>) -> Result<Self, Fault> {
+        let mut bag = Self {
             topics: Vec::new(),
             frame_names: Names::default(),
             objects: Names::default(),
@@ -197,32 +192,26 @@ impl Streams {
         bag.frame_names.number("");
         bag.frames.used(NO_FRAME);
         let start = MAGIC.len();
-        let mut visit = |own: u8, body: &[u8]| bag.record(self, own, body);
-        let ended = records(file, &bytes[start..], Some(start), &mut visit)?;
+        let mut visit = |own: u8, body: &[u8]| bag.record(asked, own, body);
+        let ended = records(bytes.get(start..).unwrap_or_default(), Some(start), &mut visit)?;
         if !ended {
-            return Err(cut(file, "it has no end"));
+            return Err(cut("it has no end"));
         }
-        bag.feed(self)
-    }
-}
-
-impl Bag<'_> {
-    pub fn fault(&self, topic: &str, problem: String, expected: &str) -> InputFault {
-        fault(self.file, topic, problem, expected)
+        Ok(bag)
     }
 
-    fn record(&mut self, into: &mut Streams, own: u8, body: &[u8]) -> Result<(), InputFault> {
+    fn record(&mut self, asked: &Asked<'_>, own: u8, body: &[u8]) -> Result<(), Fault> {
         self.bytes += body.len() as u64 + 9;
         if self.bytes > MOST_BYTES {
-            let problem = "it has more than 8 GiB of records".to_owned();
-            return Err(self.fault("", problem, "a log with fewer topics or a shorter one"));
+            let problem = "it has more than 8 GiB of records";
+            return Err(fault("", problem, "a log with fewer topics or a shorter one"));
         }
         if !matches!(own, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(());
         }
         let record = parse_record(own, body).map_err(|error| {
             let problem = format!("a record cannot be read: {}", words(&error));
-            self.fault("", problem, "a whole MCAP log")
+            fault("", problem, "a whole MCAP log")
         })?;
         match record {
             Record::Schema { header, data } => {
@@ -230,7 +219,7 @@ impl Bag<'_> {
                 match self.schemas.get(&header.id) {
                     Some(known) if *known != schema => {
                         let problem = format!("two schemas have the number {}", header.id);
-                        return Err(self.fault("", problem, "one schema for each number"));
+                        return Err(fault("", problem, "one schema for each number"));
                     }
                     Some(_) => {}
                     None => drop(self.schemas.insert(header.id, schema)),
@@ -242,13 +231,13 @@ impl Bag<'_> {
                     return Ok(());
                 }
                 let (id, encoding) = (channel.id, channel.message_encoding);
-                self.channel(into, id, channel.schema_id, &channel.topic, &encoding)
+                self.channel(asked, id, channel.schema_id, &channel.topic, &encoding)
             }
             Record::Message { header, data } => {
                 let Some(channel) = self.channels.get(&header.channel_id) else {
                     let problem =
                         format!("a message is of the unknown channel {}", header.channel_id);
-                    return Err(self.fault("", problem, "a channel before its messages"));
+                    return Err(fault("", problem, "a channel before its messages"));
                 };
                 let topic = channel.topic;
                 self.topics[topic].count += 1;
@@ -263,19 +252,19 @@ impl Bag<'_> {
 
     fn channel(
         &mut self,
-        into: &mut Streams,
+        asked: &Asked<'_>,
         id: u16,
         schema: u16,
         name: &str,
         encoding: &str,
-    ) -> Result<(), InputFault> {
+    ) -> Result<(), Fault> {
         let (kind, language, text) = self
             .schemas
             .get(&schema)
             .map_or(("", "", &[][..]), |s| (s.0.as_str(), s.1.as_str(), &*s.2));
         let at = self.topics.iter().position(|topic| topic.name == name && topic.kind == kind);
         let at = at.unwrap_or_else(|| {
-            let mut topic = Topic::of(name, kind, &into.mapping);
+            let mut topic = Topic::of(name, kind, asked);
             if self.topics.iter().any(|known| known.base == topic.base) {
                 topic.spell_out();
             }
@@ -283,7 +272,7 @@ impl Bag<'_> {
             self.topics.len() - 1
         });
         if self.topics.len() > MOST_TOPICS {
-            return Err(self.fault(name, "it has too many topics".into(), "at most 10,000"));
+            return Err(fault(name, "it has too many topics", "at most 10,000"));
         }
         let topic = &mut self.topics[at];
         let mut coding = None;
@@ -303,7 +292,7 @@ impl Bag<'_> {
                                 false => Schema::parse(kind, &String::from_utf8_lossy(text)),
                             };
                             let expected = "a definition of the message in ros2msg";
-                            Arc::new(parsed.map_err(|why| fault(self.file, name, why, expected))?)
+                            Arc::new(parsed.map_err(|why| fault(name, why, expected))?)
                         }
                     };
                     self.parsed.insert(schema, parsed.clone());
@@ -316,7 +305,7 @@ impl Bag<'_> {
                     );
                     let expected =
                         "cdr with ros2msg, ros1 with ros1msg or json, or the topic under `ignore`";
-                    return Err(fault(self.file, name, problem, expected));
+                    return Err(fault(name, problem, expected));
                 }
             }
         }
@@ -330,11 +319,10 @@ impl Bag<'_> {
         coding: &Coding,
         log_time: u64,
         data: &[u8],
-    ) -> Result<(), InputFault> {
+    ) -> Result<(), Fault> {
         let (count, name) = (self.topics[at].count, self.topics[at].name.clone());
-        let file = self.file;
         let bad = |problem: String, expected: &str| {
-            fault(file, &name, format!("message {count} {problem}"), expected)
+            fault(&name, format!("message {count} {problem}"), expected)
         };
         if data.len() > MOST_MESSAGE {
             return Err(bad(format!("has {} bytes", data.len()), "at most 16 MiB"));
@@ -380,13 +368,13 @@ impl Bag<'_> {
             told += 1;
             match reading {
                 Reading::Signal(value) => {
-                    if meaning != Meaning::Poses {
+                    if meaning != Take::Poses {
                         topic.signal.push((t, value));
                     }
                 }
                 Reading::Numbered => topic.numbered = true,
                 Reading::Unseen => topic.unseen += 1,
-                _ if meaning != Meaning::Poses => {}
+                _ if meaning != Take::Poses => {}
                 Reading::Edge { parent, child, pose } => {
                     let tree = shape == Shape::Transforms || topic.tree;
                     let (parent_text, child_text) = (parent, child);
@@ -437,18 +425,14 @@ impl Bag<'_> {
         }
         self.values += told;
         let name = &self.topics[at].name;
-        if self.values > MOST_ROWS {
-            return Err(self.fault(
-                name,
-                "the log has too many poses".into(),
-                "at most 20 million",
-            ));
+        if self.values > MOST_POSES {
+            return Err(fault(name, "the log has too many poses", "at most 20 million"));
         }
         if self.frame_names.list.len() > MOST_FRAMES {
-            return Err(self.fault(name, "the log has too many frames".into(), "at most 2,000"));
+            return Err(fault(name, "the log has too many frames", "at most 2,000"));
         }
         if self.objects.list.len() > MOST_OBJECTS {
-            return Err(self.fault(name, "the log has too many objects".into(), "at most 20,000"));
+            return Err(fault(name, "the log has too many objects", "at most 20,000"));
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ use crate::robot::pose::quaternion_array;
 
 /// Names with numbers.
 #[derive(Debug, Default)]
-pub(super) struct Names {
+pub(crate) struct Names {
     pub list: Vec<String>,
     index: HashMap<String, u32>,
 }
@@ -32,7 +32,7 @@ impl Names {
 
 /// The pose of a frame in its parent, or of an object in a frame, at a time in nanoseconds.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Item {
+pub(crate) struct Item {
     pub t: i64,
     pub topic: u32,
     pub what: What,
@@ -40,13 +40,13 @@ pub(super) struct Item {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum What {
+pub(crate) enum What {
     Edge { child: u32, parent: u32, fixed: bool },
     Pose { object: u32, frame: u32 },
 }
 
 /// The frame of a pose that names none.
-pub(super) const NO_FRAME: u32 = 0;
+pub(crate) const NO_FRAME: u32 = 0;
 
 /// Greatest number of steps from frame to frame.
 const MOST_STEPS: u64 = 1_000_000_000;
@@ -74,7 +74,7 @@ fn inverse(pose: &Pose) -> Pose {
 
 /// How frames hang together over the whole log.
 #[derive(Debug, Default)]
-pub(super) struct Frames {
+pub(crate) struct Frames {
     /// Parents of each frame in the order in which they were.
     pub parents: Vec<Vec<u32>>,
     /// Whether the transform to its parent may change.
@@ -213,14 +213,14 @@ impl Now<'_> {
 
 /// An object with a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Who {
+pub(crate) enum Who {
     Frame(u32),
     Object { object: u32, topic: u32 },
 }
 
 /// What became of the items.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Lost {
+pub(crate) struct Lost {
     /// Number of poses in each frame that did not hang on the frame of reference at that time.
     pub unconnected: HashMap<u32, u64>,
     /// Whether there were too many steps.
@@ -230,7 +230,7 @@ pub(super) struct Lost {
 /// Calls `tell` with the poses of frames and objects in the frame of reference, in the order of time. A transform holds until
 /// the next one; fixed ones hold always. `taken` says which frames are objects, `as_is` which topics give poses in a frame of
 /// their own. Costs a step for each frame between one that moves and those that hang on it.
-pub(super) fn compose<E>(
+pub(crate) fn compose<E>(
     items: &mut [Item],
     frames: &Frames,
     reference: u32,

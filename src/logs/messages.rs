@@ -5,7 +5,7 @@ use crate::robot::Pose;
 
 /// What messages of a type hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     /// Transforms between frames.
     Transforms,
     /// One transform, of a child frame.
@@ -65,7 +65,7 @@ impl Shape {
 
 /// What a part of a message says.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Reading<'a> {
+pub(crate) enum Reading<'a> {
     /// The pose of a frame in its parent.
     Edge { parent: &'a str, child: &'a str, pose: Pose },
     /// The pose of an object in a frame. An empty id stands for the topic, an empty frame for that of the log.
@@ -128,13 +128,13 @@ fn stamp_in(value: &Value<'_>) -> Option<i64> {
 }
 
 /// Returns the time that a message gives itself, in nanoseconds.
-pub(super) fn stamp(value: &Value<'_>) -> Option<i64> {
+pub(crate) fn stamp(value: &Value<'_>) -> Option<i64> {
     let header = value.get("header").and_then(|header| header.get("stamp"));
     header.or_else(|| value.get("timestamp")).or_else(|| value.get("stamp")).and_then(stamp_in)
 }
 
 /// Calls `tell` with each thing that a message says, and the time that this part gives itself.
-pub(super) fn read<'a>(
+pub(crate) fn read<'a>(
     shape: Shape,
     message: &'a Value<'_>,
     joint: &dyn Fn(&str) -> bool,
