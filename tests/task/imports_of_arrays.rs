@@ -29,9 +29,12 @@ fn text(found: &Imported) -> String {
 const ROWS: usize = 240;
 const RATE: f64 = 20.0;
 
+/// The poses of a cube and of a hand, and the places of two fingers.
+type Row = ([f64; 7], [f64; 7], [f64; 2]);
+
 /// A demonstration at 20 Hz: a cube is lifted onto a shelf between 4 and 6 s. For each row the poses of the cube and of the
 /// hand, and the places of the two fingers.
-fn scene(demo: usize) -> Vec<([f64; 7], [f64; 7], [f64; 2])> {
+fn scene(demo: usize) -> Vec<Row> {
     let mut random = ChaCha8Rng::seed_from_u64(demo as u64);
     let mut noise = move || random.random_range(-1e-4..1e-4);
     let row = |tick: usize| {
@@ -80,7 +83,7 @@ fn robomimic(demos: usize, packed: bool) -> Vec<u8> {
 }
 
 fn tables(demos: usize) -> Vec<(String, String)> {
-    let row = |(tick, (cube, hand, fingers)): (usize, &([f64; 7], [f64; 7], [f64; 2]))| {
+    let row = |(tick, (cube, hand, fingers)): (usize, &Row)| {
         let all = |pose: &[f64; 7]| pose.map(|v| v.to_string()).join(",");
         let width = fingers[0].abs() + fingers[1].abs();
         format!("{},{},{},{width}\n", tick as f64 / RATE, all(cube), all(hand))
