@@ -29,7 +29,7 @@ uint32 nanosec
 fn bytes(little: bool) -> Vec<u8> {
     let mut body: Vec<u8> = Vec::new();
     let put = |body: &mut Vec<u8>, size: usize, bits: u64| {
-        while body.len() % size != 0 {
+        while !body.len().is_multiple_of(size) {
             body.push(0xee);
         }
         let own = &bits.to_le_bytes()[..size];
