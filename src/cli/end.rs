@@ -65,6 +65,10 @@ pub(crate) fn sentence(error: &Error) -> String {
 }
 
 pub(crate) fn complain(sentence: &str) {
+    // Texts of files may hold characters that a terminal obeys.
+    let obeyed = |c: char| c.is_control() && c != '\n';
+    let escape = |c: char| if obeyed(c) { c.escape_default().to_string() } else { c.into() };
+    let sentence: String = sentence.chars().map(escape).collect();
     // If standard error is closed, the message is lost.
     let _ = writeln!(std::io::stderr(), "symbolt: {sentence}");
 }
