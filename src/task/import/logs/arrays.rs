@@ -200,7 +200,9 @@ pub(super) fn guess(datasets: &BTreeMap<&str, &[u64]>, map: &mut DatasetMap) {
         let lower = path.to_lowercase();
         let copied = parts(path).next() == Some("next");
         if flat && !copied {
-            match recognise(last).map(|column| column.field) {
+            // Arrays have names in the plural, too.
+            let column = recognise(last).or_else(|| recognise(last.strip_suffix('s')?));
+            match column.map(|column| column.field) {
                 Some(Field::Time) => drop(map.time.get_or_insert((*path).to_owned())),
                 Some(Field::Width) => drop(map.width.get_or_insert((*path).to_owned())),
                 Some(Field::Grasp) => drop(map.grasp.get_or_insert((*path).to_owned())),
@@ -268,6 +270,11 @@ mod tests {
         assert_eq!(ids, ["cube", "lid", "pegs_*", "robot0_eef"]);
         assert_eq!(map.objects["cube"].rotation.as_deref(), Some("obs/cube_quat"));
         assert_eq!((map.width.as_deref(), map.time), (Some("obs/robot0_gripper_qpos"), None));
+        let times: BTreeMap<&str, &[u64]> =
+            [("a/cup_pose", &[9, 7][..]), ("timestamps", &[9])].into_iter().collect();
+        let mut map = DatasetMap::default();
+        guess(&times, &mut map);
+        assert_eq!((map.time.as_deref(), map.objects.len()), (Some("timestamps"), 1));
         for (path, pattern) in [
             ("data/demo_0/obs/a", "data/demo_*"),
             ("episode12/x", "episode*"),
