@@ -365,6 +365,29 @@ fn durative_actions_are_read_as_instant_ones() {
 }
 
 #[test]
+fn a_durative_effect_that_another_may_undo_is_refused_under_conditions() {
+    let read = |effect: &str| {
+        let text = format!(
+            "(define (domain d) (:predicates (p) (c)) (:durative-action a :parameters () :duration (= ?duration 1) :condition () :effect (and {effect})))"
+        );
+        Domain::parse(text.as_bytes(), "d", Bodies::Instant)
+    };
+    for effect in [
+        "(at start (p)) (at end (when (c) (not (p))))",
+        "(at start (when (c) (p))) (at end (not (p)))",
+        "(at start (when (c) (p))) (at end (when (c) (not (p))))",
+    ] {
+        let fault = read(effect).unwrap_err().to_string();
+        let said =
+            "effects at the start and at the end of `a` on `p` under conditions cannot be read";
+        assert!(fault.contains(said), "{fault}");
+    }
+    // What is made true is true afterwards.
+    read("(at start (not (p))) (at end (when (c) (p)))").unwrap();
+    read("(at start (p)) (at end (not (p))) (at end (when (c) (c)))").unwrap();
+}
+
+#[test]
 fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
     let sections = [
         ["(:action move", "(:process p :parameters () :precondition () :effect ()) (:action move"],

@@ -3,10 +3,12 @@
 //! What must hold at the start, over all, or at the end must hold before the action, unless the effects at its start make
 //! it true. Where the effects at the end concern the same atoms as those at the start, they count.
 
+use std::collections::HashSet;
+
 use super::conditions::Scope;
 use super::lists::tail;
-use super::pddl::Action;
-use super::sexpr::{Content, Node, PddlFault};
+use super::pddl::{Action, Literal};
+use super::sexpr::{Content, Node, PddlFault, short};
 
 /// When a part of a durative action is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +76,23 @@ fn parts(node: &Node, effect: bool) -> Vec<(Time, Node)> {
     }
 }
 
+/// Returns the predicate of an effect at the start that one at the end may undo, if one of the two is under a condition.
+///
+/// Of instant effects, those that make true are the last.
+fn undone<'a>(start: &'a Action, end: &'a Action) -> Option<&'a str> {
+    let key = |literal: &'a Literal| (literal.atom.predicate.as_str(), literal.atom.arguments.len());
+    let conditional = |action: &'a Action| action.conditional.iter().flat_map(|c| &c.effects);
+    let falsified = |l: &&'a Literal| !l.positive;
+    let perhaps: HashSet<_> = conditional(end).filter(falsified).map(key).collect();
+    let surely: HashSet<_> = end.effects.iter().filter(falsified).map(key).collect();
+    let early = start.effects.iter().map(|l| (l, false));
+    let mut early = early.chain(conditional(start).map(|l| (l, true))).filter(|(l, _)| l.positive);
+    let undone = early.find(|(l, conditional)| {
+        perhaps.contains(&key(l)) || *conditional && surely.contains(&key(l))
+    });
+    undone.map(|(literal, _)| literal.atom.predicate.as_str())
+}
+
 impl Scope<'_> {
     /// Reads the duration, condition and effect of a durative action.
     pub fn durative(
@@ -107,6 +126,15 @@ impl Scope<'_> {
             action.conditions.extend(read.conditions);
         }
         start.effects.retain(|early| !end.effects.iter().any(|late| late.atom == early.atom));
+        if let (Some(node), Some(name)) = (effect, undone(&start, &end)) {
+            let problem = format!(
+                "effects at the start and at the end of `{}` on `{}` under conditions cannot be read as instant",
+                short(&action.name),
+                short(name)
+            );
+            let expected = "effects on it without conditions, or at one time";
+            return Err(self.source.fault(node.place, problem, expected));
+        }
         action.effects = [start.effects, end.effects].concat();
         action.conditional = [start.conditional, end.conditional].concat();
         action.increases = [start.increases, end.increases].concat();
