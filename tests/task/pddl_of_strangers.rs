@@ -88,6 +88,11 @@ fn a_constant_is_listed_again_as_an_object() {
         changed(constant, ["p1 p2 - place", "p2 - place p1 - object"]),
         "the object `p1` is declared twice",
     );
+    // With a narrower type, the constant is of it in this problem.
+    let wide = ["(:predicates", "(:constants p1) (:predicates"];
+    warned(changed(wide, NONE), "the object `p1` is declared twice");
+    let (domain, problem) = changed(wide, NONE).unwrap();
+    moved(read(domain.to_string().as_bytes(), problem.to_string().as_bytes()));
     let fault = changed(constant, ["p1 p2 - place", "p2 - place p1 - thing"]).unwrap_err();
     assert!(
         fault.contains("the object `p1` is declared twice; expected one declaration"),

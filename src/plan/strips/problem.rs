@@ -36,6 +36,8 @@ impl Problem {
         }
         let types = objects.iter().map(|o| (o.name.clone(), o.types.clone())).collect();
         problem.objects = objects.split_off(domain.constants.len());
+        let narrowed = objects.into_iter().zip(&domain.constants).filter(|(own, c)| own != *c);
+        problem.objects.extend(narrowed.map(|(own, _)| own));
         let reader = ProblemReader { source, domain, types: &types };
         for section in sections {
             reader.section(section, &mut problem)?;
@@ -60,7 +62,7 @@ impl Problem {
         };
         for predicate in domain.predicates.iter().filter(|p| p.of_type) {
             let kind = std::slice::from_ref(&predicate.name);
-            let objects = domain.constants.iter().chain(&self.objects);
+            let objects = self.all_objects(domain).into_iter();
             let of_kind = objects.filter(|o| domain.types.may_be(&o.types, kind));
             let facts: Vec<Fact> = of_kind
                 .map(|o| Fact {

@@ -31,7 +31,7 @@ impl<'a> World<'a> {
         let numbers = problem.numbers.iter().map(|(function, value)| (function, *value));
         Self {
             domain,
-            objects: domain.constants.iter().chain(&problem.objects).collect(),
+            objects: problem.all_objects(domain),
             numbers: numbers.collect(),
         }
     }
