@@ -254,9 +254,20 @@ struct Join<'j> {
     /// Needs that are not joined yet.
     open: Vec<bool>,
     bound: Vec<u32>,
-    /// Number of facts of each predicate that may be used.
+    /// The need that a fact of the last round meets. Those before it are met by earlier facts.
+    fresh: usize,
+    /// Numbers of facts of each predicate that were reached before the last round, and with it.
+    old: &'j [usize],
     now: &'j [usize],
     found: HashSet<Call>,
+}
+
+impl Join<'_> {
+    /// Returns how many facts of its predicate may meet a need.
+    fn limit(&self, at: usize) -> usize {
+        let facts = if at < self.fresh { self.old } else { self.now };
+        facts[self.variant.needs[at].predicate as usize]
+    }
 }
 
 impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
@@ -300,10 +311,12 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
                         at: v,
                         open: vec![true; variant.needs.len()],
                         bound: vec![UNBOUND; schema.fitting.len()],
+                        fresh: 0,
+                        old: &old,
                         now: &now,
                         found: HashSet::new(),
                     };
-                    self.fresh(&mut join, &old, first)?;
+                    self.fresh(&mut join, first)?;
                     found.extend(join.found.into_iter().filter(|call| !calls.contains(call)));
                     if calls.len() + found.len() > MAX_GROUND {
                         return Err(TooLarge::new("reachable actions", MAX_GROUND));
@@ -329,14 +342,15 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
     }
 
     /// Finds the calls of a variant for which some need is a fact of the last round.
-    fn fresh(&self, join: &mut Join<'_>, old: &[usize], first: bool) -> Result<(), TooLarge> {
+    fn fresh(&self, join: &mut Join<'_>, first: bool) -> Result<(), TooLarge> {
         if join.variant.needs.is_empty() {
             return if first { self.extend(join) } else { Ok(()) };
         }
         for (at, need) in join.variant.needs.iter().enumerate() {
             let predicate = need.predicate as usize;
             join.open[at] = false;
-            for fact in old[predicate]..join.now[predicate] {
+            join.fresh = at;
+            for fact in join.old[predicate]..join.now[predicate] {
                 self.with_fact(join, need, fact)?;
             }
             join.open[at] = true;
@@ -394,22 +408,23 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         let mut best: Option<(usize, Option<&Vec<u32>>, usize)> = None;
         for (at, need) in variant.needs.iter().enumerate().filter(|(at, _)| join.open[*at]) {
             let (facts, count) = self.candidates(need, &join.bound);
+            let count = count.min(join.limit(at));
             if best.is_none_or(|(.., least)| count < least) {
                 best = Some((at, facts, count));
             }
         }
         if let Some((at, facts, count)) = best {
             let need = &variant.needs[at];
-            let now = join.now[need.predicate as usize];
+            let limit = join.limit(at);
             join.open[at] = false;
             match facts {
                 Some(facts) => {
-                    for fact in facts.iter().map(|f| *f as usize).take_while(|f| *f < now) {
+                    for fact in facts.iter().map(|f| *f as usize).take_while(|f| *f < limit) {
                         self.with_fact(join, need, fact)?;
                     }
                 }
                 None => {
-                    for fact in 0..now.min(count) {
+                    for fact in 0..count {
                         self.with_fact(join, need, fact)?;
                     }
                 }
