@@ -254,6 +254,8 @@ struct Join<'j> {
     /// Needs that are not joined yet.
     open: Vec<bool>,
     bound: Vec<u32>,
+    /// Slots that needs have bound, the last at the end.
+    trail: Vec<usize>,
     /// The need that a fact of the last round meets. Those before it are met by earlier facts.
     fresh: usize,
     /// Numbers of facts of each predicate that were reached before the last round, and with it.
@@ -311,6 +313,7 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
                         at: v,
                         open: vec![true; variant.needs.len()],
                         bound: vec![UNBOUND; schema.fitting.len()],
+                        trail: Vec::new(),
                         fresh: 0,
                         old: &old,
                         now: &now,
@@ -362,16 +365,16 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
     fn with_fact(&self, join: &mut Join<'_>, need: &Atom, fact: usize) -> Result<(), TooLarge> {
         let objects = &self.reached[need.predicate as usize][fact];
         let fitting = &self.schemas[join.schema].fitting;
-        let mut newly: u64 = 0;
+        let before = join.trail.len();
         let mut agrees = true;
-        for (place, (argument, object)) in need.arguments.iter().zip(objects).enumerate() {
+        for (argument, object) in need.arguments.iter().zip(objects) {
             match argument {
                 Argument::Object(own) => agrees = own == object,
                 Argument::Slot(slot) if join.bound[*slot] == UNBOUND => {
-                    agrees = fitting[*slot].fits[*object as usize] && place < 64;
+                    agrees = fitting[*slot].fits[*object as usize];
                     if agrees {
                         join.bound[*slot] = *object;
-                        newly |= 1 << place;
+                        join.trail.push(*slot);
                     }
                 }
                 Argument::Slot(slot) => agrees = join.bound[*slot] == *object,
@@ -385,13 +388,8 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         } else {
             self.known.step()?;
         }
-        for (place, argument) in need.arguments.iter().enumerate() {
-            if let Argument::Slot(slot) = argument
-                && place < 64
-                && newly >> place & 1 == 1
-            {
-                join.bound[*slot] = UNBOUND;
-            }
+        for slot in join.trail.drain(before..) {
+            join.bound[slot] = UNBOUND;
         }
         Ok(())
     }
