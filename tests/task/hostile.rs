@@ -153,6 +153,25 @@ fn pddl_that_multiplies_itself_is_refused() {
 }
 
 #[test]
+fn what_pddl_says_once_and_means_in_many_places_is_refused() {
+    let refused = |sections: &str| {
+        let text = format!("(define (domain d) (:predicates (p ?x)) (:functions (f)) {sections})");
+        said(strips::Domain::parse(text.as_bytes(), "x", Bodies::Instant))
+    };
+    let compared = "(> (f) 1)".repeat(1000);
+    let effects = "(forall (?x) (p ?x))".repeat(300);
+    let message =
+        refused(&format!("(:action a :effect (when (and {compared}) (and {effects})))"));
+    assert!(message.contains("the conditional effects are too large"), "{message}");
+    let sum = format!("(+ {})", format!("(+ {})", "1 ".repeat(30)).repeat(30));
+    let effects = "(at end (increase (f) ?duration))".repeat(300);
+    let message = refused(&format!(
+        "(:durative-action a :parameters () :duration (= ?duration {sum}) :effect (and {effects}))"
+    ));
+    assert!(message.contains("the durations are too large"), "{message}");
+}
+
+#[test]
 fn json_nested_a_million_deep_is_refused_by_every_reader() {
     let deep = "[".repeat(1_000_000);
     let object = "{\"objects\":".repeat(1_000_000);

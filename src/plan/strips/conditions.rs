@@ -77,7 +77,8 @@ impl Source<'_> {
     }
 }
 
-/// Greatest number of literals in the conditions of all effects of an action.
+/// Greatest number of parts of all conditions and expressions of an action that are written once and stand in several
+/// places.
 const MAX_COPIED: usize = 200_000;
 
 /// What is around an effect.
@@ -99,11 +100,11 @@ pub(super) struct Scope<'a> {
     /// Parameters and quantified variables, from the outermost.
     pub variables: Vec<Typed>,
     /// The value of `?duration`.
-    pub duration: Option<Expression>,
+    pub duration: Option<Rc<Expression>>,
     numbers: &'a RefCell<Numbers>,
     /// Types that are used as predicates.
     kinds: &'a mut BTreeSet<String>,
-    /// Number of literals in the conditions of effects.
+    /// Number of parts of the conditions of effects, and of the durations in expressions.
     copied: usize,
 }
 
@@ -362,17 +363,10 @@ impl<'a> Scope<'a> {
             action.conditional[open].effects.push(literal);
             return Ok(());
         }
+        let size: usize = under.conditions.iter().map(|condition| condition.size()).sum();
+        self.copy(node, size + self.variables.len() - under.own, "the conditional effects are too large")?;
         let mut conditions: Vec<Condition> =
             under.conditions.iter().map(|condition| Condition::clone(condition)).collect();
-        for condition in &conditions {
-            condition.literals(false, &mut |_, _| self.copied += 1);
-        }
-        if self.copied > MAX_COPIED {
-            let problem =
-                format!("the conditional effects of `{}` are too large", short(&action.name));
-            let expected = format!("at most {MAX_COPIED} literals in their conditions");
-            return Err(self.source.fault(node.place, problem, expected));
-        }
         let condition = match conditions.len() {
             1 => conditions.swap_remove(0),
             _ => Condition::All(conditions),
@@ -381,6 +375,16 @@ impl<'a> Scope<'a> {
         let (variables, effects) = (self.variables[under.own..].to_vec(), vec![literal]);
         action.conditional.push(ConditionalEffect { variables, condition, effects });
         Ok(())
+    }
+
+    /// Counts the parts of what stands in a further place. Refuses too many.
+    fn copy(&mut self, node: &Node, size: usize, problem: &str) -> Result<(), PddlFault> {
+        self.copied += size;
+        if self.copied <= MAX_COPIED {
+            return Ok(());
+        }
+        let expected = format!("at most {MAX_COPIED} parts of conditions and expressions");
+        Err(self.source.fault(node.place, problem, expected))
     }
 
     /// Reads the change of a number. `alone` says that it is neither under a condition nor for all objects of a type.
@@ -414,7 +418,7 @@ impl<'a> Scope<'a> {
         // What is not a cost is ignored, whatever the amount.
         match self.expression(amount) {
             Ok(amount) => action.increases.push(Increase { function: atom, amount }),
-            Err(fault) if cost => return Err(fault),
+            Err(fault) if cost || self.copied > MAX_COPIED => return Err(fault),
             Err(_) => {}
         }
         Ok(())
@@ -447,9 +451,10 @@ impl<'a> Scope<'a> {
     pub fn expression(&mut self, node: &Node) -> Result<Expression, PddlFault> {
         if let Some(word) = node.word() {
             if word == "?duration"
-                && let Some(duration) = &self.duration
+                && let Some(duration) = self.duration.clone()
             {
-                return Ok(duration.clone());
+                self.copy(node, duration.size(), "the durations are too large")?;
+                return Ok(Expression::clone(&duration));
             }
             let number = word.parse().ok().and_then(Number::new);
             if let Some(number) = number {

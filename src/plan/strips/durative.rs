@@ -4,6 +4,7 @@
 //! it true. Where the effects at the end concern the same atoms as those at the start, they count.
 
 use std::collections::HashSet;
+use std::rc::Rc;
 
 use super::conditions::Scope;
 use super::lists::tail;
@@ -104,7 +105,7 @@ impl Scope<'_> {
             && let (Some("=" | "<=" | ">="), [_, value]) = (node.head(), tail(node))
         {
             // Only costs may name the duration, and a fault in it is theirs.
-            self.duration = self.expression(value).ok();
+            self.duration = self.expression(value).ok().map(Rc::new);
         }
         let mut start = Action { parameters: action.parameters.clone(), ..Action::default() };
         let mut end = start.clone();

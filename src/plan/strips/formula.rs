@@ -75,6 +75,14 @@ impl Expression {
         }
     }
 
+    /// Returns the number of parts.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Self::Number(_) | Self::Function(_) => 1,
+            Self::Binary(_, left, right) => 1 + left.size() + right.size(),
+        }
+    }
+
     /// Returns the functions that are named.
     pub fn functions(&self) -> Vec<&Atom> {
         match self {
@@ -133,6 +141,19 @@ pub enum Condition {
 }
 
 impl Condition {
+    /// Returns the number of parts.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Self::Literal(_) => 1,
+            Self::Compare(_, left, right) => left.size() + right.size(),
+            Self::Not(inner) => 1 + inner.size(),
+            Self::All(parts) | Self::Any(parts) => 1 + parts.iter().map(Self::size).sum::<usize>(),
+            Self::Exists(variables, inner) | Self::Forall(variables, inner) => {
+                variables.len() + inner.size()
+            }
+        }
+    }
+
     /// Calls `see` with every literal and whether it stands in an odd number of negations.
     pub fn literals<'c>(&'c self, negated: bool, see: &mut impl FnMut(&'c Literal, bool)) {
         match self {
