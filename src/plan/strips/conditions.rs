@@ -1,13 +1,13 @@
 //! Reads conditions, effects and numeric expressions.
 
 use std::cell::RefCell;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use super::formula::{
     Comparison, Condition, ConditionalEffect, Expression, Function, Increase, Number, Operation,
 };
-use super::lists::{meant, tail};
+use super::lists::{MAX_NAMES, meant, tail};
 use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
 use super::sexpr::{Node, PddlFault, Place, Source, short};
 
@@ -31,14 +31,16 @@ const MAX_OPERANDS: usize = 32;
 /// The functions that conditions compare and that actions change.
 #[derive(Debug, Default)]
 pub(super) struct Numbers {
-    compared: Vec<(Place, String)>,
+    /// With the place of the first comparison.
+    compared: HashMap<String, Place>,
     changed: Vec<(Place, String)>,
 }
 
 impl Numbers {
     /// Marks the functions that change. Refuses a comparison of one, because it is not known at grounding.
     pub fn finish(self, source: Source<'_>, domain: &mut Domain) -> Result<(), PddlFault> {
-        for (place, name) in &self.changed {
+        let mut known = HashSet::new();
+        for (place, name) in self.changed.iter().filter(|(_, name)| known.insert(name)) {
             match domain.functions.iter_mut().find(|f| f.name == *name) {
                 Some(function) => function.changes = true,
                 // Only a cost may be undeclared.
@@ -48,7 +50,7 @@ impl Numbers {
                     changes: true,
                 }),
             }
-            if let Some((place, _)) = self.compared.iter().find(|(_, compared)| compared == name) {
+            if let Some(place) = self.compared.get(name) {
                 return Err(source.numeric(*place, name));
             }
             if name != TOTAL_COST {
@@ -216,6 +218,10 @@ impl<'a> Scope<'a> {
         let variables = self.source.variables(nodes, &self.domain.types, false)?;
         let depth = self.variables.len();
         self.variables.extend(variables);
+        if self.variables.len() > MAX_NAMES {
+            let expected = format!("at most {MAX_NAMES}, with those around it");
+            return Err(self.source.fault(node.place, "there are too many variables", expected));
+        }
         Ok(depth)
     }
 
@@ -364,7 +370,11 @@ impl<'a> Scope<'a> {
             return Ok(());
         }
         let size: usize = under.conditions.iter().map(|condition| condition.size()).sum();
-        self.copy(node, size + self.variables.len() - under.own, "the conditional effects are too large")?;
+        self.copy(
+            node,
+            size + self.variables.len() - under.own,
+            "the conditional effects are too large",
+        )?;
         let mut conditions: Vec<Condition> =
             under.conditions.iter().map(|condition| Condition::clone(condition)).collect();
         let condition = match conditions.len() {
@@ -438,7 +448,8 @@ impl<'a> Scope<'a> {
                 if known.is_some_and(|function| function.changes) {
                     return Err(self.source.numeric(node.place, &atom.predicate));
                 }
-                self.numbers.borrow_mut().compared.push((node.place, atom.predicate.clone()));
+                let compared = &mut self.numbers.borrow_mut().compared;
+                compared.entry(atom.predicate.clone()).or_insert(node.place);
             }
             sides.push(side);
         }

@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use super::conditions::Scope;
 use super::lists::tail;
-use super::pddl::{Action, Literal};
+use super::pddl::{Action, Atom, Literal};
 use super::sexpr::{Content, Node, PddlFault, short};
 
 /// When a part of a durative action is.
@@ -81,7 +81,8 @@ fn parts(node: &Node, effect: bool) -> Vec<(Time, Node)> {
 ///
 /// Of instant effects, those that make true are the last.
 fn undone<'a>(start: &'a Action, end: &'a Action) -> Option<&'a str> {
-    let key = |literal: &'a Literal| (literal.atom.predicate.as_str(), literal.atom.arguments.len());
+    let key =
+        |literal: &'a Literal| (literal.atom.predicate.as_str(), literal.atom.arguments.len());
     let conditional = |action: &'a Action| action.conditional.iter().flat_map(|c| &c.effects);
     let falsified = |l: &&'a Literal| !l.positive;
     let perhaps: HashSet<_> = conditional(end).filter(falsified).map(key).collect();
@@ -112,21 +113,20 @@ impl Scope<'_> {
         for (time, part) in effect.map(|node| parts(node, true)).unwrap_or_default() {
             self.effects(&part, if time == Time::End { &mut end } else { &mut start })?;
         }
+        let (early, mut known) = (start.effects.iter().collect::<HashSet<_>>(), HashSet::new());
         for (time, part) in condition.map(|node| parts(node, false)).unwrap_or_default() {
             let mut read = Action::default();
             self.preconditions(&part, &mut read)?;
             if time != Time::Start {
                 // It holds since the start of the action.
-                read.preconditions.retain(|literal| !start.effects.contains(literal));
+                read.preconditions.retain(|literal| !early.contains(literal));
             }
-            for literal in read.preconditions {
-                if !action.preconditions.contains(&literal) {
-                    action.preconditions.push(literal);
-                }
-            }
+            read.preconditions.retain(|literal| known.insert(literal.clone()));
+            action.preconditions.extend(read.preconditions);
             action.conditions.extend(read.conditions);
         }
-        start.effects.retain(|early| !end.effects.iter().any(|late| late.atom == early.atom));
+        let late: HashSet<&Atom> = end.effects.iter().map(|late| &late.atom).collect();
+        start.effects.retain(|early| !late.contains(&early.atom));
         if let (Some(node), Some(name)) = (effect, undone(&start, &end)) {
             let problem = format!(
                 "effects at the start and at the end of `{}` on `{}` under conditions cannot be read as instant",
