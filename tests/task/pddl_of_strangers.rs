@@ -248,6 +248,20 @@ fn predicates_are_declared_twice_and_by_arity() {
 }
 
 #[test]
+fn a_predicate_of_objects_is_called_less() {
+    let wants = |condition: &str| {
+        let domain = DOMAIN
+            .replace("(:predicates", "(:functions (f)) (:predicates (< ?a ?b - place)")
+            .replace("(free ?b))\n", &format!("(free ?b) {condition})\n"));
+        let problem = PROBLEM.replace("(at x p1)", "(= (f) 1) (at x p1) (< p1 p2)");
+        read(domain.as_bytes(), problem.as_bytes())
+    };
+    moved(wants("(< ?a ?b) (< 0 (f)) (< (f) 2)"));
+    let (domain, problem) = wants("(< ?b ?a)").unwrap();
+    assert!(matches!(Grounded::new(&domain, &problem), Err(GroundFault::Unreachable { .. })));
+}
+
+#[test]
 fn names_in_another_case_and_other_alphabets_are_the_same() {
     moved(changed(["(at ?t ?a)", "(AT ?T ?A)"], ["(at x p2)", "(At X P2)"]));
     let domain = DOMAIN.replace("free", "FREI-ÄÖ").replacen("FREI-ÄÖ", "frei-äö", 1);

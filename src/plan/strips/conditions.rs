@@ -145,6 +145,13 @@ impl<'a> Scope<'a> {
             (_, head) => head.unwrap_or_default(),
         };
         let known = self.domain.predicate(head).is_some();
+        // Some domains have a predicate `<` of their own.
+        let of_objects = |left, right| self.is_object(left) && self.is_object(right);
+        if let (Some(comparison), [left, right]) = (Comparison::of(head), rest)
+            && !((known || head == EQUAL) && of_objects(left, right))
+        {
+            return self.compare(comparison, left, right);
+        }
         match (head, rest) {
             ("and", _) => Ok(Condition::All(self.all(rest)?)),
             ("or", _) => Ok(Condition::Any(self.all(rest)?)),
@@ -175,13 +182,6 @@ impl<'a> Scope<'a> {
                 };
                 Err(self.source.unexpected(node, "complete condition", expected))
             }
-            (EQUAL, [left, right]) if !(self.is_object(left) && self.is_object(right)) => {
-                self.compare(Comparison::Equal, left, right)
-            }
-            ("<", [left, right]) => self.compare(Comparison::Less, left, right),
-            ("<=", [left, right]) => self.compare(Comparison::AtMost, left, right),
-            (">=", [left, right]) => self.compare(Comparison::AtLeast, left, right),
-            (">", [left, right]) => self.compare(Comparison::Greater, left, right),
             ("when", _) if !known => {
                 let expected = "(imply CONDITION CONDITION)";
                 Err(self.source.unexpected(node, "condition: `when` is for effects", expected))

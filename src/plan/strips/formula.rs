@@ -5,7 +5,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::pddl::{Atom, Literal, Typed};
+use super::pddl::{Atom, EQUAL, Literal, Typed};
 
 /// A finite number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
@@ -109,6 +109,23 @@ pub enum Comparison {
 }
 
 impl Comparison {
+    /// Returns the sign, such as `<=`.
+    pub(super) fn sign(self) -> &'static str {
+        match self {
+            Self::Less => "<",
+            Self::AtMost => "<=",
+            Self::Equal => EQUAL,
+            Self::AtLeast => ">=",
+            Self::Greater => ">",
+        }
+    }
+
+    /// Returns the comparison of a sign.
+    pub(super) fn of(sign: &str) -> Option<Self> {
+        let all = [Self::Less, Self::AtMost, Self::Equal, Self::AtLeast, Self::Greater];
+        all.into_iter().find(|comparison| comparison.sign() == sign)
+    }
+
     /// Returns whether two numbers compare so.
     pub fn holds(self, left: Number, right: Number) -> bool {
         match self {
