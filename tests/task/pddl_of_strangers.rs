@@ -139,6 +139,25 @@ fn action_costs_are_read_and_counted() {
 }
 
 #[test]
+fn a_cost_without_value_warns_and_a_fact_without_predicate_is_not_reached() {
+    let costs = "(:functions (total-cost) (way ?a ?b - place)) (:predicates";
+    let domain = DOMAIN.replace("(:predicates", costs).replace(
+        "(not (free ?b))",
+        "(not (free ?b)) (increase (total-cost) 2) (increase (total-cost) (way ?a ?b))",
+    );
+    let (domain, mut problem) = read(domain.as_bytes(), PROBLEM.as_bytes()).unwrap();
+    let grounded = Grounded::new(&domain, &problem).unwrap();
+    assert_eq!(grounded.operators[0].cost.value(), 2.0);
+    let [warning] = grounded.warnings.as_slice() else { panic!("{:?}", grounded.warnings) };
+    assert!(
+        warning.starts_with("the problem gives no value for a part of the cost of `(move x p1")
+    );
+    problem.goal[0].1.predicate = "nowhere".into();
+    let fault = Grounded::new(&domain, &problem).unwrap_err().to_string();
+    assert!(fault.ends_with("the problem has no such predicate or objects"), "{fault}");
+}
+
+#[test]
 fn numeric_fluents_other_than_costs_are_refused_where_a_condition_reads_them() {
     let with = |condition: &str, effect: &str| {
         let domain = DOMAIN

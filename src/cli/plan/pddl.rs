@@ -138,6 +138,8 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
         }
         grounded => grounded?,
     };
+    grounded.warnings.iter().for_each(|warning| warn(warning));
+    warnings.extend(grounded.warnings.iter().cloned());
     let size = format!(
         "{}, {}",
         counted(grounded.fluents.len(), "fluent"),

@@ -148,6 +148,8 @@ pub struct Grounded {
     pub start: Vec<usize>,
     /// Fluents that must hold at the end, in increasing order. What holds always is left out.
     pub goal: Vec<usize>,
+    /// What was guessed, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Grounded {
@@ -214,10 +216,14 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     let calls = reach.explore()?;
     let mut known = reach.known;
     known.settle(&schemas, &calls)?;
-    let costs = |call: &reach::Call| cost(&base, problem, &schemas[call.schema], &call.objects);
     let mut compiled: Vec<Compiled> = Vec::new();
+    let mut unpriced = None;
     for (at, call) in calls.iter().enumerate() {
-        of_call(&known, &schemas[call.schema], at, call, costs(call), &mut compiled)?;
+        let (cost, known_all) = cost(&base, problem, &schemas[call.schema], &call.objects);
+        if !known_all {
+            unpriced = unpriced.or(Some(call));
+        }
+        of_call(&known, &schemas[call.schema], at, call, cost, &mut compiled)?;
         if compiled.len() > MAX_GROUND {
             return Err(TooLarge::new("reachable actions", MAX_GROUND));
         }
@@ -248,7 +254,13 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         }
     }
     for (holds, fact) in &problem.goal {
-        let Some(ground) = base.ground(fact) else { continue };
+        let Some(ground) = base.ground(fact) else {
+            if *holds {
+                let why = "the problem has no such predicate or objects";
+                return Ok(Err(unreachable(&fact.to_string(), why)));
+            }
+            continue;
+        };
         if !derived(fact) {
             of_goal.push((ground, *holds));
             continue;
@@ -261,7 +273,14 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     }
     let mut assembly =
         Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
-    Ok(assembly.grounded(of_goal, ways, &names))
+    let mut grounded = assembly.grounded(of_goal, ways, &names);
+    if let (Ok(grounded), Some(call)) = (&mut grounded, unpriced) {
+        grounded.warnings.push(format!(
+            "the problem gives no value for a part of the cost of `{}`; such parts are counted as 0",
+            assembly.name(call)
+        ));
+    }
+    Ok(grounded)
 }
 
 /// Returns which predicates some condition, the goal, or an effect without condition names.
@@ -286,9 +305,9 @@ fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
     matters
 }
 
-/// Returns the cost of an action with its objects.
-fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) -> Number {
-    let Some(metric) = &problem.metric else { return Number::default() };
+/// Returns the cost of an action with its objects, and whether the problem gives all parts of it.
+fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) -> (Number, bool) {
+    let Some(metric) = &problem.metric else { return (Number::default(), true) };
     let slots: Vec<usize> = (0..schema.parameters).collect();
     let own = |increase: &&super::Increase| {
         let function = &increase.function;
@@ -302,13 +321,13 @@ fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) ->
             })
     };
     let amounts = schema.increases.iter().filter(own);
-    // A value that the problem does not give is no cost.
-    let amounts = amounts.filter_map(|i| base.value(&i.amount, &slots, objects));
-    Number::new(amounts.map(Number::value).sum()).unwrap_or_default()
+    let amounts: Vec<_> = amounts.map(|i| base.value(&i.amount, &slots, objects)).collect();
+    let sum = amounts.iter().flatten().map(|amount| amount.value()).sum();
+    (Number::new(sum).unwrap_or_default(), amounts.iter().all(Option::is_some))
 }
 
-/// Name of the fact that stands for a goal with alternatives.
-const GOAL: &str = "the-goal";
+/// Name of the fact that stands for a goal with alternatives. No predicate has a blank in its name.
+const GOAL: &str = "the goal";
 
 /// Puts the operators of a problem together.
 struct Assembly<'k, 'b, 'a> {
@@ -432,6 +451,7 @@ impl Assembly<'_, '_, '_> {
             operators,
             goal: wanted.into_iter().collect(),
             fluents: fluents.into_iter().map(|(fluent, _)| fluent).collect(),
+            warnings: Vec::new(),
         })
     }
 
@@ -445,7 +465,6 @@ impl Assembly<'_, '_, '_> {
 
     /// Returns the operators over fluents. `places` has the fluent of each code.
     fn operators(&self, places: &[Option<usize>]) -> Vec<GroundOperator> {
-        let base = self.known.base;
         let sorted = |found: BTreeSet<usize>| found.into_iter().collect::<Vec<_>>();
         let mut operators: Vec<GroundOperator> = Vec::new();
         for compiled in &self.compiled {
@@ -463,11 +482,7 @@ impl Assembly<'_, '_, '_> {
                 None => (self.schemas.len(), String::new()),
                 Some(at) => {
                     let call = &self.calls[at];
-                    let own = &call.objects[..self.schemas[call.schema].parameters];
-                    let name = |object: &u32| format!(" {}", base.objects[*object as usize].name);
-                    let objects: String = own.iter().map(name).collect();
-                    let action = &base.domain.actions[call.schema].name;
-                    (call.schema, format!("({action}{objects})"))
+                    (call.schema, self.name(call))
                 }
             };
             operators.push(GroundOperator {
@@ -480,6 +495,15 @@ impl Assembly<'_, '_, '_> {
             });
         }
         operators::without_doubles(operators)
+    }
+
+    /// Returns the name of a call, as in a plan.
+    fn name(&self, call: &reach::Call) -> String {
+        let base = self.known.base;
+        let own = &call.objects[..self.schemas[call.schema].parameters];
+        let name = |object: &u32| format!(" {}", base.objects[*object as usize].name);
+        let objects: String = own.iter().map(name).collect();
+        format!("({}{objects})", base.domain.actions[call.schema].name)
     }
 
     fn unreachable(&self, fact: &Fact, holds: bool) -> GroundFault {
