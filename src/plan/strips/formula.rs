@@ -171,16 +171,17 @@ impl Condition {
         }
     }
 
-    /// Calls `see` with every literal and whether it stands in an odd number of negations.
-    pub fn literals<'c>(&'c self, negated: bool, see: &mut impl FnMut(&'c Literal, bool)) {
+    /// Calls `see` with every literal.
+    pub fn literals<'c>(&'c self, see: &mut impl FnMut(&'c Literal)) {
         match self {
-            Self::Literal(literal) => see(literal, negated),
+            Self::Literal(literal) => see(literal),
             Self::Compare(..) => {}
-            Self::Not(inner) => inner.literals(!negated, see),
-            Self::All(parts) | Self::Any(parts) => {
-                parts.iter().for_each(|part| part.literals(negated, see));
+            Self::Not(inner) | Self::Exists(_, inner) | Self::Forall(_, inner) => {
+                inner.literals(see);
             }
-            Self::Exists(_, inner) | Self::Forall(_, inner) => inner.literals(negated, see),
+            Self::All(parts) | Self::Any(parts) => {
+                parts.iter().for_each(|part| part.literals(see));
+            }
         }
     }
 

@@ -99,8 +99,7 @@ impl ProblemReader<'_> {
                 let (numbers, mut kinds) = (RefCell::new(Numbers::default()), BTreeSet::new());
                 let mut scope = Scope::new(source, self.domain, self.types, &numbers, &mut kinds);
                 let condition = scope.condition(node)?;
-                if let Some(kind) = kinds.iter().find(|kind| self.domain.predicate(kind).is_none())
-                {
+                if let Some(kind) = kinds.first() {
                     let problem = format!("`{}` is a type and no predicate", short(kind));
                     return Err(source.fault(node.place, problem, "a predicate of the domain"));
                 }

@@ -115,8 +115,10 @@ impl DomainReader<'_> {
                     return Err(self.source.fault(section.place, problem, expected));
                 }
                 let scope = Scope::new(self.source, &self.domain, &constants, &numbers, &mut kinds);
-                let derived = derived(scope, section)?;
-                self.domain.derived.push(derived);
+                if let [head, body] = tail(section) {
+                    let derived = derived(scope, head, body)?;
+                    self.domain.derived.push(derived);
+                }
             }
             self.order_derived(sections)?;
         }
@@ -325,7 +327,7 @@ impl DomainReader<'_> {
         let mut needs: BTreeMap<(String, usize), BTreeSet<(String, usize)>> = BTreeMap::new();
         for rule in &self.domain.derived {
             let needed = needs.entry(key(&rule.predicate, rule.parameters.len())).or_default();
-            rule.condition.literals(false, &mut |literal, _| {
+            rule.condition.literals(&mut |literal| {
                 needed.insert(key(&literal.atom.predicate, literal.atom.arguments.len()));
             });
         }
@@ -461,14 +463,7 @@ fn count_variables(nodes: &[Node]) -> usize {
 }
 
 /// Reads a rule for a derived predicate.
-fn derived(mut scope: Scope<'_>, section: &Node) -> Result<Derived, PddlFault> {
-    let [head, body] = tail(section) else {
-        return Err(scope.source.unexpected(
-            section,
-            "rule for a derived predicate",
-            "(:derived HEAD CONDITION)",
-        ));
-    };
+fn derived(mut scope: Scope<'_>, head: &Node, body: &Node) -> Result<Derived, PddlFault> {
     let predicate = head.head().unwrap_or_default().to_owned();
     let mut parameters = scope.source.variables(tail(head), &scope.domain.types, false)?;
     // Types may stand in the declaration alone.

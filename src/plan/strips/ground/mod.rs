@@ -291,14 +291,14 @@ fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
             matters[place] = true;
         }
     };
-    let mut literal = |l: &Literal, _: bool| see(&l.atom.predicate, l.atom.arguments.len());
+    let mut literal = |l: &Literal| see(&l.atom.predicate, l.atom.arguments.len());
     for action in &domain.actions {
-        action.preconditions.iter().chain(&action.effects).for_each(|l| literal(l, false));
+        action.preconditions.iter().chain(&action.effects).for_each(&mut literal);
         let conditional = action.conditional.iter().map(|effect| &effect.condition);
-        action.conditions.iter().chain(conditional).for_each(|c| c.literals(false, &mut literal));
+        action.conditions.iter().chain(conditional).for_each(|c| c.literals(&mut literal));
     }
     let rules = domain.derived.iter().map(|rule| &rule.condition);
-    rules.chain(&problem.conditions).for_each(|c| c.literals(false, &mut literal));
+    rules.chain(&problem.conditions).for_each(|c| c.literals(&mut literal));
     for (_, fact) in &problem.goal {
         see(&fact.predicate, fact.arguments.len());
     }
@@ -361,37 +361,24 @@ impl Assembly<'_, '_, '_> {
             self.known.facts.get(fact).map(|number| 2 * number + u32::from(!holds))
         };
         let mut goal: Way = Vec::new();
-        match ways.as_slice() {
-            [one] => {
-                for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
-                    match code(pair) {
-                        Some(code) => goal.push(code),
-                        // It is never reached.
-                        None if !holds => {}
-                        None => return Err(self.unreachable(fact, *holds)),
-                    }
-                }
-                goal.extend(one);
+        for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
+            match code(pair) {
+                Some(code) => goal.push(code),
+                // It is never reached.
+                None if !holds => {}
+                None => return Err(self.unreachable(fact, *holds)),
             }
-            several => {
-                let mut certain: Way = Vec::new();
-                for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
-                    match code(pair) {
-                        Some(code) => certain.push(code),
-                        None if !holds => {}
-                        None => return Err(self.unreachable(fact, *holds)),
-                    }
-                }
-                certain.sort_unstable();
-                certain.dedup();
-                for way in several {
-                    if let Some(needs) = join(&certain, way) {
-                        let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
-                        self.compiled.push(Compiled { call, needs, effects, cost });
-                    }
-                }
-                goal.push(2 * hidden);
+        }
+        goal.sort_unstable();
+        goal.dedup();
+        if let [one] = ways.as_slice() {
+            goal.extend(one);
+        } else {
+            for needs in ways.iter().filter_map(|way| join(&goal, way)) {
+                let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
+                self.compiled.push(Compiled { call, needs, effects, cost });
             }
+            goal = vec![2 * hidden];
         }
         goal.sort_unstable();
         goal.dedup();
