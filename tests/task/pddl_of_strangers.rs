@@ -236,6 +236,24 @@ fn types_are_used_as_predicates() {
 }
 
 #[test]
+fn a_type_is_a_predicate_of_the_goal_alone() {
+    let goal = |goal: &str| changed(NONE, ["(at x p2)", goal]);
+    let some =
+        "(exists (?o) (and (thing ?o) (forall (?p) (imply (place ?p) (or (free ?p) (at x p2))))))";
+    warned(
+        goal(&format!("(and (at x p2) (thing x) (not (tool x)) {some})")),
+        "`tool` is used as a predicate",
+    );
+    for never in ["(tool x)", "(not (thing x))", "(exists (?o) (tool ?o))"] {
+        let (domain, problem) = goal(&format!("(and (at x p2) {never})")).unwrap();
+        assert!(validate(&domain, &problem, ["(move x p1 p2)"]).is_err(), "{never}");
+        let fault = Grounded::new(&domain, &problem).unwrap_err();
+        assert!(matches!(fault, GroundFault::Unreachable { .. }), "{fault}");
+        read(domain.to_string().as_bytes(), problem.to_string().as_bytes()).unwrap();
+    }
+}
+
+#[test]
 fn predicates_are_declared_twice_and_by_arity() {
     warned(
         changed(["(free ?p - place)", "(free ?p - place) (free ?q - place)"], NONE),
@@ -278,6 +296,28 @@ fn a_predicate_of_objects_is_called_less() {
     moved(wants("(< ?a ?b) (< 0 (f)) (< (f) 2)"));
     let (domain, problem) = wants("(< ?b ?a)").unwrap();
     assert!(matches!(Grounded::new(&domain, &problem), Err(GroundFault::Unreachable { .. })));
+}
+
+#[test]
+fn commas_an_equality_that_is_declared_and_costs_without_parentheses_are_read() {
+    warned(
+        changed(["(?t - thing ?a ?b - place)", "(?t - thing, ?a, ?b - place)"], NONE),
+        "`?a,` is ignored",
+    );
+    warned(changed(["?a ?b - place)", "?a,?b , - place)"], NONE), "the comma in `,` is ignored");
+    warned(
+        changed(["(seen ?t - thing)", "(seen ?t - thing) (= ?a ?b)"], NONE),
+        "`=` compares objects without a declaration",
+    );
+    let domain = DOMAIN.replace("(:predicates", "(:functions (total-cost)) (:predicates");
+    let domain = domain.replace("(not (free ?b))", "(not (free ?b)) (increase total-cost 3)");
+    let (domain, problem) = read(domain.as_bytes(), PROBLEM.as_bytes()).unwrap();
+    assert_eq!(Grounded::new(&domain, &problem).unwrap().operators[0].cost.value(), 3.0);
+    warned(Ok((domain, problem)), "`total-cost` has no parentheses");
+    warned(
+        changed(NONE, ["(:goal", "(:metric minimize (total-cost)) (:goal"]),
+        "the metric is ignored; the domain has no function `total-cost`",
+    );
 }
 
 #[test]

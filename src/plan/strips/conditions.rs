@@ -409,8 +409,14 @@ impl<'a> Scope<'a> {
         let cost = function.head() == Some(TOTAL_COST) && tail(function).is_empty()
             || function.word() == Some(TOTAL_COST);
         let declared = self.domain.functions.iter().any(|f| f.name == TOTAL_COST);
-        let atom = if cost && !declared {
-            self.source.warn(function.place, "`total-cost` is not declared in :functions");
+        let atom = if cost && !(declared && function.list().is_some()) {
+            self.source.warn(
+                function.place,
+                match declared {
+                    true => "`total-cost` has no parentheses",
+                    false => "`total-cost` is not declared in :functions",
+                },
+            );
             Atom { predicate: TOTAL_COST.into(), arguments: Vec::new() }
         } else {
             self.function(function)?

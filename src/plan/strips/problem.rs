@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::conditions::{Numbers, Scope, TOTAL_COST, split};
 use super::formula::{Condition, Expression, Number};
 use super::lists::{meant, tail};
-use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Types};
+use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
 
 impl Problem {
@@ -99,10 +99,7 @@ impl ProblemReader<'_> {
                 let (numbers, mut kinds) = (RefCell::new(Numbers::default()), BTreeSet::new());
                 let mut scope = Scope::new(source, self.domain, self.types, &numbers, &mut kinds);
                 let condition = scope.condition(node)?;
-                if let Some(kind) = kinds.first() {
-                    let problem = format!("`{}` is a type and no predicate", short(kind));
-                    return Err(source.fault(node.place, problem, "a predicate of the domain"));
-                }
+                let condition = of_kinds(condition, &kinds, 0);
                 let mut literals = Vec::new();
                 split(condition, &mut |literal| literals.push(literal), &mut problem.conditions);
                 for literal in literals {
@@ -265,7 +262,15 @@ impl ProblemReader<'_> {
                 return;
             }
         }
-        let what = "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read";
+        let named = tail(section).get(1).and_then(Node::head);
+        let named = named.filter(|name| !["+", "-", "*", "/"].contains(name));
+        let what = match named.filter(|name| !self.domain.functions.iter().any(|f| f.name == *name))
+        {
+            Some(name) => {
+                format!("the metric is ignored; the domain has no function `{}`", short(name))
+            }
+            None => "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read".into(),
+        };
         self.source.warn(section.place, what);
     }
 
@@ -283,6 +288,37 @@ impl ProblemReader<'_> {
                 };
                 Err(self.source.fault(place, problem, "one (:goal (and ...))"))
             }
+        }
+    }
+}
+
+/// Replaces types that are used as predicates, which the domain does not have: `(box ?x)` becomes
+/// `(exists (?a-box - box) (= ?x ?a-box))`. `depth` is the number of variables around the condition.
+fn of_kinds(condition: Condition, kinds: &BTreeSet<String>, depth: usize) -> Condition {
+    let all = |parts: Vec<Condition>| -> Vec<Condition> {
+        parts.into_iter().map(|part| of_kinds(part, kinds, depth)).collect()
+    };
+    match condition {
+        Condition::Literal(mut literal) if kinds.contains(&literal.atom.predicate) => {
+            let kind = std::mem::replace(&mut literal.atom.predicate, EQUAL.to_owned());
+            literal.atom.arguments.push(Term::Parameter(depth));
+            let positive = std::mem::replace(&mut literal.positive, true);
+            let variable = Typed { name: format!("?a-{kind}"), types: vec![kind] };
+            let inner = Box::new(Condition::Literal(literal));
+            let found = Condition::Exists(vec![variable], inner);
+            if positive { found } else { Condition::Not(Box::new(found)) }
+        }
+        Condition::Literal(_) | Condition::Compare(..) => condition,
+        Condition::Not(inner) => Condition::Not(Box::new(of_kinds(*inner, kinds, depth))),
+        Condition::All(parts) => Condition::All(all(parts)),
+        Condition::Any(parts) => Condition::Any(all(parts)),
+        Condition::Exists(variables, inner) => {
+            let inner = of_kinds(*inner, kinds, depth + variables.len());
+            Condition::Exists(variables, Box::new(inner))
+        }
+        Condition::Forall(variables, inner) => {
+            let inner = of_kinds(*inner, kinds, depth + variables.len());
+            Condition::Forall(variables, Box::new(inner))
         }
     }
 }

@@ -221,8 +221,12 @@ impl DomainReader<'_> {
     fn predicates(&mut self, section: &Node) -> Result<(), PddlFault> {
         self.source.few(section)?;
         for node in tail(section) {
+            if node.head() == Some(EQUAL) {
+                self.source.warn(node.place, "`=` compares objects without a declaration");
+                continue;
+            }
             let expected = "(NAME ?PARAMETER - TYPE ...)";
-            let Some(name) = node.head().filter(|name| *name != EQUAL) else {
+            let Some(name) = node.head() else {
                 return Err(self.source.unexpected(node, "declaration of a predicate", expected));
             };
             let parameters = self.parameters(tail(node), true)?;

@@ -196,6 +196,14 @@ impl Source<'_> {
         let mut done = Vec::new();
         let mut count = 0;
         for (place, word) in (Words { rest: text, place: start }) {
+            let whole = word;
+            let word = word.trim_end_matches(',');
+            if word != whole {
+                self.warn(place, format!("the comma in `{}` is ignored", short(whole)));
+            }
+            if word.is_empty() {
+                continue;
+            }
             // A word is several if it has no space before a question mark.
             let inner = word.match_indices('?').map(|(at, _)| at).filter(|at| *at > 0);
             let inner: Vec<usize> = inner.take(MAX_NODES).collect();
@@ -233,7 +241,8 @@ impl Source<'_> {
                     let ends = inner.iter().copied().chain([word.len()]);
                     let mut place = place;
                     for (from, to) in [0].into_iter().chain(inner.iter().copied()).zip(ends) {
-                        let content = Content::Word(word[from..to].to_lowercase());
+                        let part = word[from..to].trim_end_matches(',');
+                        let content = Content::Word(part.to_lowercase());
                         let node = Node { place, content };
                         open.last_mut().map_or(&mut done, |(_, nodes)| nodes).push(node);
                         place = after(place, &word[from..to]);

@@ -54,6 +54,17 @@ pub(super) struct Call {
     pub variant: usize,
 }
 
+/// Returns whether reached facts choose objects for a condition. Otherwise all choices would be calls of their own.
+fn joined(formula: &Formula, base: &Base<'_>) -> bool {
+    match formula {
+        Formula::Fact(atom, holds) => *holds && !base.derived[atom.predicate as usize],
+        Formula::All(parts) => parts.iter().any(|part| joined(part, base)),
+        Formula::Any(parts) => parts.iter().all(|part| joined(part, base)),
+        Formula::Each { all, inner, .. } => !all && joined(inner, base),
+        Formula::Same(..) | Formula::Compare(..) => false,
+    }
+}
+
 impl Variant {
     /// Splits a condition into variants. What has too many alternatives stays a check.
     fn split(mut self, formula: &Formula, base: &Base<'_>) -> Vec<Self> {
@@ -106,7 +117,7 @@ impl Variant {
                 }
                 self.checks.push(formula.clone());
             }
-            Formula::Each { all: false, slots, inner } => {
+            Formula::Each { all: false, slots, inner } if joined(inner, base) => {
                 self.slots.extend(slots);
                 return self.split(inner, base);
             }
