@@ -316,7 +316,7 @@ fn commas_an_equality_that_is_declared_and_costs_without_parentheses_are_read() 
     warned(Ok((domain, problem)), "`total-cost` has no parentheses");
     warned(
         changed(NONE, ["(:goal", "(:metric minimize (total-cost)) (:goal"]),
-        "the metric is ignored; the domain has no function `total-cost`",
+        "the domain has no function `total-cost`: the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read",
     );
 }
 

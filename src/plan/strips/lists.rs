@@ -327,7 +327,10 @@ impl Source<'_> {
         if counts.is_empty() {
             let near = meant(name, known.clone().map(|(name, _)| name));
             let names: Vec<&str> = known.map(|(name, _)| name).collect();
-            let expected = format!("one of: {}{near}", names.join(", "));
+            let expected = match names.is_empty() {
+                true => format!("one of: none, as no {what} is declared"),
+                false => format!("one of: {}{near}", names.join(", ")),
+            };
             return Err(self.unexpected(node, what, &expected));
         }
         let s = if given == 1 { "" } else { "s" };

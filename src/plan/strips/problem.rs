@@ -14,7 +14,8 @@ impl Problem {
     /// the problem, the domain is skipped.
     ///
     /// # Errors
-    /// The first fault, with its place, what was found and what was expected.
+    /// The first fault, with its place, what was found and what was expected. A text has at most 64 MiB, 3 million words and
+    /// parentheses, and lists in 64 others; a typed list at most 500,000 types of all its names.
     pub fn parse(bytes: &[u8], file: &str, domain: &Domain) -> Result<Self, PddlFault> {
         let notes = Notes::default();
         let source = Source { file, notes: &notes };
@@ -264,13 +265,10 @@ impl ProblemReader<'_> {
         }
         let named = tail(section).get(1).and_then(Node::head);
         let named = named.filter(|name| !["+", "-", "*", "/"].contains(name));
-        let what = match named.filter(|name| !self.domain.functions.iter().any(|f| f.name == *name))
-        {
-            Some(name) => {
-                format!("the metric is ignored; the domain has no function `{}`", short(name))
-            }
-            None => "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read".into(),
-        };
+        let unknown = named.filter(|name| !self.domain.functions.iter().any(|f| f.name == *name));
+        let why = unknown.map(|name| format!("the domain has no function `{}`: ", short(name)));
+        let what = "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read";
+        let what = why.unwrap_or_default() + what;
         self.source.warn(section.place, what);
     }
 

@@ -55,7 +55,9 @@ impl Domain {
     /// the problem is skipped.
     ///
     /// # Errors
-    /// The first fault, with its place, what was found and what was expected.
+    /// The first fault, with its place, what was found and what was expected. A text has at most 64 MiB, 3 million words and
+    /// parentheses, and lists in 64 others; a domain at most 1,024 types, predicates and functions each, 100,000 constants,
+    /// 4,096 actions and as many rules for derived predicates, 20,000 parameters, and 1,024 variables at any place.
     pub fn parse(bytes: &[u8], file: &str, bodies: Bodies) -> Result<Self, PddlFault> {
         let notes = Notes::default();
         let source = Source { file, notes: &notes };

@@ -158,8 +158,9 @@ impl Grounded {
     /// Costs O(bindings tried): actions are joined with reachable facts, so preconditions prune early.
     ///
     /// # Errors
-    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators, or where a condition has too many choices of objects or
-    /// alternatives; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
+    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators, 50 million steps of joins and comparisons, 1 million choices
+    /// of objects for the quantifiers of a condition, 2,048 ways in which a condition can hold, or 2,048 operators of an action
+    /// with its objects; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
     pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
         match compile(domain, problem) {
             Ok(grounded) => grounded,
