@@ -274,6 +274,16 @@ fn faults_name_the_file_the_line_and_the_column() {
     );
 }
 
+#[test]
+fn coordinates_that_overflow_in_a_frame_are_refused() {
+    let far: String = (0..40).map(|tick| format!("{tick},a,1.7e308,1.7e308,1.7e308\n")).collect();
+    let mapping =
+        r#", "length": "m", "frame": {"position": [0, 0, 0], "orientation": [-0.5, -0.5, 0.5, 0.5]}"#;
+    let refused = import(mapping, &[("a.csv", &("time,id,x,y,z\n".to_owned() + &far))]);
+    let refused = refused.expect_err("it is refused").to_string();
+    assert!(refused.contains("expected coordinates of at most 1e6 m"), "{refused}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

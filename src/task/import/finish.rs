@@ -113,7 +113,8 @@ impl Streams {
                     let source = &self.sources[sample.source as usize];
                     let unit = lengths[sample.source as usize].metres();
                     place(sample, unit, axes, source.frame.as_ref());
-                    if let Some(far) = sample.position.iter().find(|v| v.abs() > FARTHEST) {
+                    let beyond = |v: &&f64| v.is_nan() || v.abs() > FARTHEST;
+                    if let Some(far) = sample.position.iter().find(beyond) {
                         let problem = format!("{} is at {far:e} m", track.id);
                         let expected = "coordinates of at most 1e6 m";
                         return Err(fault(&source.file, "", problem, expected));
