@@ -99,7 +99,7 @@ fn what_is_learned_from_a_stream_is_what_is_learned_from_the_recording() {
 }
 
 /// A cup that is carried 0.3 m along x and 0.1 m up, and a shelf, as rows of the long form: time, id, x, y, z.
-fn cup(write: impl Fn(f64, &str, [f64; 3]) -> String) -> String {
+fn cup(mut write: impl FnMut(f64, &str, [f64; 3]) -> String) -> String {
     let mut text = String::new();
     for tick in 0..200 {
         let t = f64::from(tick) * 0.05;
@@ -282,6 +282,48 @@ fn coordinates_that_overflow_in_a_frame_are_refused() {
     let refused = import(mapping, &[("a.csv", &("time,id,x,y,z\n".to_owned() + &far))]);
     let refused = refused.expect_err("it is refused").to_string();
     assert!(refused.contains("expected coordinates of at most 1e6 m"), "{refused}");
+}
+
+#[test]
+fn signals_of_tables_with_clocks_of_their_own_have_the_times_of_their_tables() {
+    let flag = |t: f64| u8::from((4.0..=6.0).contains(&t));
+    // Milliseconds with contacts in one table, seconds with the width in the other, in both orders.
+    let objects = "time_ms,id,x,y,z,contact\n".to_owned()
+        + &cup(|t, id, [x, y, z]| {
+            let touched = if id == "cup_1" { flag(t) } else { 0 };
+            format!("{:.0},{id},{x:.4},{y:.4},{z:.4},{touched}\n", t * 1e3)
+        });
+    let ticks = || (0..200).map(|tick| f64::from(tick) * 0.05);
+    let robot: String = "time_s,gripper_width\n".to_owned()
+        + &ticks().map(|t| format!("{t:.2},{}\n", 80 - 50 * flag(t))).collect::<String>();
+    for order in [[0, 1], [1, 0]] {
+        let files = [("a_objects.csv", &*objects), ("a_robot.csv", &*robot)];
+        let found = import("", &order.map(|at| files[at])).expect("imported");
+        near(ends(&found), CARRIED);
+        let width = &found.sessions[0].parts[0].width;
+        assert!(width.last().is_some_and(|(t, _)| (t - 9.95).abs() < 1e-9), "{:?}", width.last());
+    }
+    // A flag in a table whose rows are numbers of other rows.
+    let clock: String = "time,x,y,z\n".to_owned()
+        + &ticks().map(|t| format!("{:.2},0,0,{:.2}\n", t + 100.0, t / 10.0)).collect::<String>();
+    let mut row = 0;
+    let labels = "row,grasped,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| {
+            if id != "cup_1" {
+                return String::new();
+            }
+            row += 1;
+            format!("{},{},{x:.4},{y:.4},{z:.4}\n", row - 1, flag(t))
+        });
+    let mapping = r#", "hand": "hand", "tables": [
+        {"files": "*_objects.csv", "row_of": "*_robot.csv", "grasp": "grasped",
+         "objects": {"cup_1": {"position": ["x", "y", "z"]}}},
+        {"files": "*_robot.csv", "objects": {"hand": {"position": ["x", "y", "z"]}}}]"#;
+    let files = [("a_objects.csv", &*labels), ("a_robot.csv", &*clock)];
+    let found = import(mapping, &files).expect("imported");
+    let grasp = &found.sessions[0].parts[0].grasp;
+    let ends = grasp.first().zip(grasp.last()).map(|(a, b)| (a.0, b.0));
+    assert_eq!((grasp.len(), ends), (200, Some((100.0, 109.95))));
 }
 
 proptest! {

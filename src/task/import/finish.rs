@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::columns::{kind_of, names_a_hand};
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
 use super::pattern::Pattern;
-use super::streams::{Dropped, Guess, Part, Sample, Source, Streams, Track};
+use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
@@ -89,6 +89,38 @@ pub(super) fn median(values: &mut [f64]) -> Option<f64> {
     Some(*value)
 }
 
+/// Turns times of the files of one part into seconds.
+struct Clock<'a> {
+    sources: &'a [Source],
+    units: &'a [TimeUnit],
+    /// Times of the rows of tables to which others refer, by the index of the file.
+    rows: &'a [(u32, Vec<f64>)],
+}
+
+impl Clock<'_> {
+    /// Returns a time of a file in seconds. In a table that refers to the rows of another, the time is a row's number.
+    fn seconds(&self, t: f64, source: u32) -> Result<f64, InputFault> {
+        let unit = |source: u32| self.units[source as usize].seconds();
+        let own = &self.sources[source as usize];
+        let Some(pattern) = &own.row_of else { return Ok(t * unit(source)) };
+        let refused = |problem, expected| Err(fault(&own.file, "row_of", problem, expected));
+        let fits = |(of, _): &&(u32, Vec<f64>)| {
+            Pattern::fits(pattern, self.sources[*of as usize].short())
+        };
+        let Some((of, times)) = self.rows.iter().find(fits) else {
+            let problem = format!("its session has no table `{pattern}`");
+            return refused(problem, "the table to whose rows it refers");
+        };
+        let row = (t >= 0.0 && t.fract() == 0.0).then(|| times.get(t as usize)).flatten();
+        let Some(time) = row else {
+            let file = self.sources[*of as usize].short();
+            let problem = format!("a row is labelled {t}, and {file} has {} rows", times.len());
+            return refused(problem, "the number of a row, from 0");
+        };
+        Ok(time * unit(*of))
+    }
+}
+
 impl Streams {
     /// Applies units, axes and frames, guessing what the mapping does not say, and sorts the samples by time.
     ///
@@ -107,7 +139,8 @@ impl Streams {
         let rows = self.sources.iter().map(|source| source.rows).sum();
         let mut parts = std::mem::take(&mut self.parts);
         for part in &mut parts {
-            self.rows_to_times(part, &times)?;
+            let row_times = std::mem::take(&mut part.row_times);
+            let clock = Clock { sources: &self.sources, units: &times, rows: &row_times };
             for track in &mut part.tracks {
                 for sample in &mut track.samples {
                     let source = &self.sources[sample.source as usize];
@@ -119,15 +152,20 @@ impl Streams {
                         let expected = "coordinates of at most 1e6 m";
                         return Err(fault(&source.file, "", problem, expected));
                     }
-                    if source.row_of.is_none() {
-                        sample.t *= times[sample.source as usize].seconds();
-                    }
+                    sample.t = clock.seconds(sample.t, sample.source)?;
                 }
             }
-            let unit = part.signal_source.map_or(1.0, |source| times[source as usize].seconds());
-            part.width.iter_mut().for_each(|(t, _)| *t *= unit);
-            part.grasp.iter_mut().for_each(|(t, _)| *t *= unit);
-            part.contacts.values_mut().flatten().for_each(|(t, _)| *t *= unit);
+            for (signal, readings) in std::mem::take(&mut part.signals) {
+                let placed: Vec<(f64, f64)> = (readings.iter())
+                    .map(|r| Ok((clock.seconds(r.t, r.source)?, r.value)))
+                    .collect::<Result<_, InputFault>>()?;
+                let flags = || placed.iter().map(|(t, value)| (*t, *value > 0.5)).collect();
+                match signal {
+                    Signal::Width => part.width = placed,
+                    Signal::Grasp => part.grasp = flags(),
+                    Signal::Contact(object) => drop(part.contacts.insert(object, flags())),
+                }
+            }
             self.sort(part);
             self.name(part);
         }
@@ -235,42 +273,6 @@ impl Streams {
             self.mapping.time_unit.get_or_insert(unit);
         }
         unit
-    }
-
-    /// Replaces numbers of rows by the times of these rows.
-    fn rows_to_times(&self, part: &mut Part, units: &[TimeUnit]) -> Result<(), InputFault> {
-        for track in &mut part.tracks {
-            for sample in &mut track.samples {
-                let source = &self.sources[sample.source as usize];
-                let Some(pattern) = &source.row_of else { continue };
-                let times = part.row_times.iter().find(|(file, _)| Pattern::fits(pattern, file));
-                let Some((file, times)) = times else {
-                    let problem = format!("its session has no table `{pattern}`");
-                    return Err(fault(
-                        &source.file,
-                        "row_of",
-                        problem,
-                        "the table to whose rows it refers",
-                    ));
-                };
-                let row = sample.t;
-                let time = (row >= 0.0 && row.fract() == 0.0).then(|| times.get(row as usize));
-                let Some(time) = time.flatten() else {
-                    let problem =
-                        format!("a row is labelled {row}, and {file} has {} rows", times.len());
-                    return Err(fault(
-                        &source.file,
-                        "row_of",
-                        problem,
-                        "the number of a row, from 0",
-                    ));
-                };
-                let of = |s: &Source| s.file.rsplit('/').next() == Some(file.as_str());
-                let unit = self.sources.iter().position(of).map_or(1.0, |at| units[at].seconds());
-                sample.t = time * unit;
-            }
-        }
-        Ok(())
     }
 
     /// Sorts the samples of a part by time and leaves out those that repeat a time.

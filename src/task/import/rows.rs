@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use super::csv::{LOOK, MOST_ROWS, Text, reader, syntax};
 use super::layout::{Body, Layout, Turn};
 use super::mapping::{Angle, Rotation, TimeUnit};
-use super::streams::{Part, Sample, Streams};
+use super::streams::{Part, Reading, Sample, Signal, Streams};
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 use crate::task::recording::MAX_NAME;
@@ -222,11 +222,10 @@ impl Rows<'_> {
                 into.parts[part].kinds.insert(id.clone(), kind);
             }
             if self.referred {
-                let short = self.file.rsplit('/').next().unwrap_or(self.file);
                 let rows = &mut into.parts[part].row_times;
-                match rows.iter_mut().find(|(file, _)| file == short) {
-                    Some((_, times)) => times.push(t),
-                    None => rows.push((short.to_owned(), vec![t])),
+                match rows.last_mut() {
+                    Some((source, times)) if *source == self.source => times.push(t),
+                    _ => rows.push((self.source, vec![t])),
                 }
             }
         }
@@ -259,17 +258,18 @@ impl Rows<'_> {
         part: &mut Part,
     ) -> Result<(), InputFault> {
         let comma = self.text.comma;
+        let mut add = |signal: Signal, value: f64| {
+            part.signals.entry(signal).or_default().push(Reading { t, value, source: self.source });
+        };
         if let Some(column) = self.layout.width
             && let Some(value) = number(record, column, comma, row)?
         {
-            part.width.push((t, value));
-            part.signal_source = Some(self.source);
+            add(Signal::Width, value);
         }
         if let Some(column) = self.layout.grasp
             && let Some(value) = flag(record, column, comma, row)?
         {
-            part.grasp.push((t, value));
-            part.signal_source = Some(self.source);
+            add(Signal::Grasp, value.into());
         }
         for (object, column) in &self.layout.contacts {
             let Some(value) = flag(record, *column, comma, row)? else { continue };
@@ -279,8 +279,7 @@ impl Rows<'_> {
                 }
                 _ => object.clone(),
             };
-            part.contacts.entry(object).or_default().push((t, value));
-            part.signal_source = Some(self.source);
+            add(Signal::Contact(object), value.into());
         }
         Ok(())
     }

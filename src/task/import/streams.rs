@@ -53,6 +53,24 @@ pub struct Track {
     pub samples: Vec<Sample>,
 }
 
+/// A signal of the gripper.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Signal {
+    Width,
+    Grasp,
+    /// With the object that is touched; an empty id stands for any object.
+    Contact(String),
+}
+
+/// A value of a signal as it was read; a flag is 0 or 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    pub t: f64,
+    pub value: f64,
+    /// Index of the file.
+    pub source: u32,
+}
+
 /// One uninterrupted stretch of a session.
 #[derive(Debug, Clone, Default)]
 pub struct Part {
@@ -70,12 +88,12 @@ pub struct Part {
     pub grasp: Vec<(f64, bool)>,
     /// Whether the gripper touches an object, over time, by the object's id. An empty id stands for any object.
     pub contacts: BTreeMap<String, Vec<(f64, bool)>>,
-    /// Times of the rows of tables to which others refer, by file.
-    pub(super) row_times: Vec<(String, Vec<f64>)>,
+    /// Times of the rows of tables to which others refer, by the index of the file.
+    pub(super) row_times: Vec<(u32, Vec<f64>)>,
     /// Kinds that the log gives.
     pub(super) kinds: HashMap<String, String>,
-    /// Sources of the signals of the gripper.
-    pub(super) signal_source: Option<u32>,
+    /// The signals of the gripper as they were read, until their times are known.
+    pub(super) signals: BTreeMap<Signal, Vec<Reading>>,
 }
 
 impl Part {
@@ -103,6 +121,13 @@ pub(super) struct Source {
     /// The first times.
     pub times: Vec<f64>,
     pub rows: u64,
+}
+
+impl Source {
+    /// Returns the part of its name behind the last `/`, with which patterns are compared.
+    pub fn short(&self) -> &str {
+        self.file.rsplit('/').next().unwrap_or(&self.file)
+    }
 }
 
 /// What was left out, and how often.
