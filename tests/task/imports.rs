@@ -326,6 +326,32 @@ fn signals_of_tables_with_clocks_of_their_own_have_the_times_of_their_tables() {
     assert_eq!((grasp.len(), ends), (200, Some((100.0, 109.95))));
 }
 
+#[test]
+fn files_of_the_same_name_in_several_folders_are_several_sessions() {
+    let long = "time,id,x,y,z\n".to_owned() + &cup(plain);
+    let episode = "time,episode,id,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| format!("{t:.2},0,{id},{x:.4},{y:.4},{z:.4}\n"));
+    let twice = long.clone() + &cup(plain);
+    let width: String = "time,gripper_width\n".to_owned()
+        + &(0..200).map(|i| format!("{:.2},{}\n", f64::from(i) * 0.05, i % 2)).collect::<String>();
+    let of = |files: &[(&str, &String)]| {
+        let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, &***text)).collect();
+        let found = import("", &files).expect("imported");
+        assert!(found.dropped.is_empty(), "{:?}", found.dropped);
+        assert_eq!(found.moments.len(), 2 * found.sessions.len());
+        found.sessions.iter().map(|session| session.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&[("r/d1/log.csv", &long), ("r/d2/log.csv", &long)]), ["d1/log", "d2/log"]);
+    assert_eq!(of(&[("e1/objects.csv", &long), ("e2/objects.csv", &long)]), ["e1", "e2"]);
+    assert_eq!(of(&[("e1/objects/a.csv", &long), ("e1/objects/b.csv", &long)]), ["a", "b"]);
+    assert_eq!(of(&[("a.csv", &episode), ("b.csv", &episode)]), ["a/0", "b/0"]);
+    let names = of(&[("take.csv", &twice), ("take-2.csv", &long)]);
+    assert_eq!(names, ["take", "take/take-2", "take-2"]);
+    // The poses of a session in one folder, the gripper in another.
+    assert_eq!(of(&[("mocap/a.csv", &long), ("robot/a.csv", &width)]), ["a"]);
+    assert_eq!(of(&[("grip/a.csv", &width), ("mocap/a.csv", &long)]), ["a"]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

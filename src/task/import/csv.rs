@@ -154,30 +154,6 @@ fn decimal_comma(records: &[ByteRecord]) -> bool {
     commas > 0 && points == 0
 }
 
-/// Where a file belongs: its session and part.
-fn place(streams: &Streams, name: &str) -> Option<(String, String)> {
-    let pattern = streams.mapping.sessions.as_ref()?;
-    let found = Pattern::captured(pattern, name)?;
-    let value = |key: &str| found.iter().find(|(k, _)| k == key).map(|(_, v)| (*v).to_owned());
-    Some((value("session")?, value("part").unwrap_or_default()))
-}
-
-/// Words at the end of file names that say what a table holds, not which session it is of.
-const ROLES: [&str; 14] = [
-    "objects", "object", "robot", "poses", "pose", "gripper", "hand", "parts", "tracking", "arm",
-    "ee", "camera", "tf", "contacts",
-];
-
-/// Returns the session that a file's name gives without a pattern.
-fn session_of(name: &str) -> &str {
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-    match stem.rsplit_once(['_', '-', '.']) {
-        Some((session, role)) if ROLES.contains(&role.to_ascii_lowercase().as_str()) => session,
-        _ if ROLES.contains(&stem.to_ascii_lowercase().as_str()) => "",
-        _ => stem,
-    }
-}
-
 impl Streams {
     /// Adds the rows of a table of text. `file` is its name in errors; patterns are compared with the part behind the
     /// last `/`. Costs about 1 µs a row and body.
@@ -244,25 +220,10 @@ impl Streams {
         for guess in guesses {
             self.note(guess);
         }
-        let (session, part) = match place(self, name) {
-            Some(place) => place,
-            None if mapping.sessions.is_some() => {
-                let problem =
-                    "its name does not fit the pattern of `sessions` in the mapping".to_owned();
-                return Err(InputFault {
-                    file: file.into(),
-                    line: None,
-                    field: String::new(),
-                    problem,
-                    expected: mapping.sessions.unwrap_or_default(),
-                });
-            }
-            None => (session_of(name).to_owned(), String::new()),
-        };
+        let home = self.home(file)?;
         let referred = mapping.tables.iter().filter_map(|t| t.row_of.as_ref());
         let referred = referred.into_iter().any(|pattern| Pattern::fits(pattern, name));
-        let rows =
-            Rows { layout: &layout, text: &text, file, angle, source, referred, session, part };
+        let rows = Rows { layout: &layout, text: &text, file, angle, source, referred, home };
         rows.read(bytes, self)
     }
 

@@ -1,12 +1,13 @@
 //! Turns what was read into streams in seconds and metres, in the world's axes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::columns::{kind_of, names_a_hand};
+use super::columns::kind_of;
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
 use super::pattern::Pattern;
+use super::sessions::joined;
 use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
@@ -137,7 +138,7 @@ impl Streams {
         self.mapping.up.get_or_insert(up);
         self.mapping.handed.get_or_insert(handed);
         let rows = self.sources.iter().map(|source| source.rows).sum();
-        let mut parts = std::mem::take(&mut self.parts);
+        let mut parts = joined(std::mem::take(&mut self.parts), |id| self.mapping.is_hand(id));
         for part in &mut parts {
             let row_times = std::mem::take(&mut part.row_times);
             let clock = Clock { sources: &self.sources, units: &times, rows: &row_times };
@@ -172,17 +173,23 @@ impl Streams {
         if let Some(gap_s) = self.mapping.gap_s {
             parts = parts.into_iter().flat_map(|part| split(part, gap_s)).collect();
         }
-        parts.retain(|part| part.tracks.iter().any(|track| !track.samples.is_empty()));
+        let seen = |part: &Part| part.tracks.iter().any(|track| !track.samples.is_empty());
+        for part in parts.iter().filter(|part| !seen(part)) {
+            self.drop_one(&format!("session `{}`, in which no object has a pose", part.session));
+        }
+        parts.retain(seen);
         if parts.is_empty() {
             let file = self.sources.first().map_or("", |source| &source.file);
             return Err(fault(file, "", "no object has a pose".into(), "poses of objects"));
         }
         let mut sessions: Vec<Session> = Vec::new();
+        let mut index: HashMap<String, usize> = HashMap::new();
         for part in parts {
-            match sessions.iter_mut().find(|session| session.name == part.session) {
-                Some(session) => session.parts.push(part),
-                None => sessions.push(Session { name: part.session.clone(), parts: vec![part] }),
+            let at = *index.entry(part.session.clone()).or_insert(sessions.len());
+            if at == sessions.len() {
+                sessions.push(Session { name: part.session.clone(), parts: Vec::new() });
             }
+            sessions[at].parts.push(part);
         }
         for session in &mut sessions {
             session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
@@ -319,11 +326,7 @@ impl Streams {
             });
             track.kind = kind.into();
         }
-        let hand = match &self.mapping.hand {
-            Some(pattern) => part.tracks.iter().position(|t| Pattern::fits(pattern, &t.id)),
-            None => part.tracks.iter().position(|t| names_a_hand(&t.id)),
-        };
-        if let Some(hand) = hand {
+        if let Some(hand) = part.tracks.iter().position(|track| self.mapping.is_hand(&track.id)) {
             let hand = part.tracks.remove(hand);
             if self.mapping.hand.is_none() {
                 self.guess("hand", &hand.id, "its name is that of a hand".into());

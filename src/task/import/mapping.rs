@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::names_a_hand;
 use super::pattern::Pattern;
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
@@ -357,6 +358,11 @@ impl Mapping {
     /// Returns whether a column or an id is left out.
     pub(super) fn ignores(&self, name: &str) -> bool {
         self.ignore.iter().any(|pattern| Pattern::fits(pattern, name))
+    }
+
+    /// Returns whether an id is that of the hand.
+    pub(super) fn is_hand(&self, id: &str) -> bool {
+        self.hand.as_ref().map_or_else(|| names_a_hand(id), |pattern| Pattern::fits(pattern, id))
     }
 
     /// Returns the kind that the mapping gives to an id.

@@ -33,6 +33,7 @@ mod moments;
 mod motion;
 mod pattern;
 mod rows;
+mod sessions;
 mod signals;
 mod streams;
 

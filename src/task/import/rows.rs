@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use super::csv::{LOOK, MOST_ROWS, Text, reader, syntax};
 use super::layout::{Body, Layout, Turn};
 use super::mapping::{Angle, Rotation, TimeUnit};
+use super::sessions::Home;
 use super::streams::{Part, Reading, Sample, Signal, Streams};
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
@@ -111,8 +112,7 @@ pub(super) struct Rows<'a> {
     pub angle: Angle,
     pub source: u32,
     pub referred: bool,
-    pub session: String,
-    pub part: String,
+    pub home: Home,
 }
 
 impl Rows<'_> {
@@ -158,11 +158,13 @@ impl Rows<'_> {
             let own = self.layout.session.map(|column| record.get(column).unwrap_or_default());
             if at.is_none() || own.is_some_and(|own| own != last_session) {
                 last_session = own.unwrap_or_default().to_vec();
-                let name = match own {
-                    Some(own) => name(own, self.layout.session, &row)?,
-                    None => self.session.clone(),
-                };
-                at = Some(into.part(&name, &self.part));
+                at = Some(match own {
+                    Some(own) => {
+                        let name = name(own, self.layout.session, &row)?;
+                        into.part(&self.home.inner(), &name, &self.home.part)
+                    }
+                    None => into.part(&self.home.folder, &self.home.session, &self.home.part),
+                });
                 bodies.iter_mut().for_each(|body| *body = None);
             }
             let Some(t) = self.time(&record, &row)? else {
@@ -174,7 +176,8 @@ impl Rows<'_> {
                 if clock.again(t) {
                     into.note_reset(self.file, line);
                     resets += 1;
-                    at = Some(into.part(&format!("{}-{}", self.session, resets + 1), &self.part));
+                    let name = format!("{}-{}", self.home.session, resets + 1);
+                    at = Some(into.part(&self.home.inner(), &name, &self.home.part));
                     bodies.iter_mut().for_each(|body| *body = None);
                 }
                 clock.tick(t);

@@ -88,6 +88,8 @@ pub struct Part {
     pub grasp: Vec<(f64, bool)>,
     /// Whether the gripper touches an object, over time, by the object's id. An empty id stands for any object.
     pub contacts: BTreeMap<String, Vec<(f64, bool)>>,
+    /// Folder, or folder and session of the file in which the session begins.
+    pub(super) origin: String,
     /// Times of the rows of tables to which others refer, by the index of the file.
     pub(super) row_times: Vec<(u32, Vec<f64>)>,
     /// Kinds that the log gives.
@@ -144,7 +146,8 @@ pub struct Dropped {
 pub struct Streams {
     pub(super) mapping: Mapping,
     pub(super) parts: Vec<Part>,
-    pub(super) index: HashMap<(String, String), usize>,
+    /// The parts by origin, session and part.
+    pub(super) index: HashMap<[String; 3], usize>,
     pub(super) tracks: HashMap<(usize, String), usize>,
     pub(super) sources: Vec<Source>,
     pub(super) guesses: Vec<Guess>,
@@ -171,14 +174,15 @@ impl Streams {
         }
     }
 
-    /// Returns the index of a part.
-    pub(super) fn part(&mut self, session: &str, part: &str) -> usize {
-        let key = (session.to_owned(), part.to_owned());
+    /// Returns the index of a part. Sessions of the same name and of different origins are not the same.
+    pub(super) fn part(&mut self, origin: &str, session: &str, part: &str) -> usize {
+        let key = [origin, session, part].map(str::to_owned);
         if let Some(index) = self.index.get(&key) {
             return *index;
         }
         let index = self.parts.len();
-        self.parts.push(Part { session: session.into(), part: part.into(), ..Part::default() });
+        let [origin, session, part] = key.clone();
+        self.parts.push(Part { origin, session, part, ..Part::default() });
         self.index.insert(key, index);
         index
     }
