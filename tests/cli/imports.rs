@@ -64,6 +64,30 @@ fn a_dry_run_prints_a_mapping_that_reads_the_same() {
     let (_, other, _) = run(at, &["import", "a.csv", "--kind", "cup*=mug", "--out", "-"]);
     assert!(!one.is_empty() && one.contains("\"kind\":\"mug\""), "{one} {err}");
     assert_eq!(one, other);
+    // Three columns of a rotation that may be either, and tables whose clocks have units of their own.
+    let (mut turned, mut objects) = ("time,id,x,y,z,rx,ry,rz\n".to_owned(), String::new());
+    let mut robot = "time,gripper_width\n".to_owned();
+    for row in log("cup_1").lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let t: f64 = cells[0].parse().expect("a time");
+        turned += &format!("{},1.2,1.3,0.4\n", cells[..5].join(","));
+        objects += &format!("{:.0},{}\n", t * 1e3, cells[1..5].join(","));
+        robot += &format!("{t:.2},{}\n", if cells[5] == "1" { 30 } else { 80 });
+    }
+    std::fs::write(at.join("turned.csv"), turned).expect("written");
+    std::fs::write(at.join("t_robot.csv"), robot).expect("written");
+    std::fs::write(at.join("t_objects.csv"), "time_ms,id,x,y,z\n".to_owned() + &objects)
+        .expect("written");
+    for files in [&["turned.csv"][..], &["t_objects.csv", "t_robot.csv"]] {
+        let import = |more: &[&str]| run(at, &[&["import"], files, more].concat());
+        let (_, out, err) = import(&["--dry-run"]);
+        let mapping = &out[out.find("\n{\n").expect(&err)..];
+        std::fs::write(at.join("m.json"), mapping).expect("written");
+        let (_, one, err) = import(&["--map", "m.json", "--out", "-"]);
+        let (_, other, _) = import(&["--out", "-"]);
+        assert!(one.lines().count() > 4, "{one} {err}");
+        assert_eq!(one, other, "{mapping}");
+    }
 }
 
 #[test]

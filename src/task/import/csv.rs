@@ -201,6 +201,11 @@ impl Streams {
             times: Vec::new(),
             rows: 0,
         });
+        let turns = layout.bodies.iter().map(|body| body.turn);
+        self.rotations.extend(turns.filter_map(|turn| match turn {
+            Turn::Three(_, rotation) => Some(rotation),
+            _ => None,
+        }));
         if mapping.tables.is_empty() {
             let mut read = layout.described(header, &mapping);
             read.header_rows = (text.rows > 1).then_some(text.rows);

@@ -132,6 +132,10 @@ impl Streams {
         let lengths = self.lengths()?;
         let times: Vec<TimeUnit> =
             (0..self.sources.len()).map(|index| self.time_unit(index)).collect();
+        // The mapping says what is true of all tables; of the others it is guessed again.
+        let clocks = self.sources.iter().zip(&times).filter(|(source, _)| source.row_of.is_none());
+        set_if_one(&mut self.mapping.time_unit, clocks.map(|(_, unit)| *unit));
+        set_if_one(&mut self.mapping.rotation, self.rotations.iter().copied());
         let up = self.mapping.up.unwrap_or(Up::Z);
         let handed = self.mapping.handed.unwrap_or(Handed::Right);
         let axes = Axes::of(up, handed);
@@ -196,10 +200,13 @@ impl Streams {
         }
         let Self { guesses, dropped, unused, mut mapping, tables, .. } = self;
         let alone = tables.len() == 1;
+        let read = mapping.tables.len();
         mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
             files: if alone { String::new() } else { common(&files) },
             ..table
         }));
+        // The first that fits is used, so names go before patterns.
+        mapping.tables[read..].sort_by_key(|table| table.files.contains('*'));
         Ok(Log { sessions, guesses, dropped, unused, mapping, rows })
     }
 
@@ -277,7 +284,6 @@ impl Streams {
             if !self.guesses.iter().any(|g| g.what == "time_unit" && g.value == unit.name()) {
                 self.guess("time_unit", unit.name(), reason);
             }
-            self.mapping.time_unit.get_or_insert(unit);
         }
         unit
     }
@@ -334,6 +340,16 @@ impl Streams {
             }
             part.hand = Some(hand);
         }
+    }
+}
+
+/// Sets what is not set if all values are the same.
+fn set_if_one<T: PartialEq>(to: &mut Option<T>, mut values: impl Iterator<Item = T>) {
+    if to.is_none()
+        && let Some(first) = values.next()
+        && values.all(|value| value == first)
+    {
+        *to = Some(first);
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use super::mapping::{Length, Mapping, TableMap, TimeUnit};
+use super::mapping::{Length, Mapping, Rotation, TableMap, TimeUnit};
 use crate::robot::Pose;
 
 /// A reading of the log that its names and numbers suggest.
@@ -156,6 +156,8 @@ pub struct Streams {
     pub(super) tables: Vec<(TableMap, Vec<String>)>,
     /// Columns that are not used, by file.
     pub(super) unused: Vec<(String, Vec<String>)>,
+    /// What three columns of a rotation were taken for.
+    pub(super) rotations: Vec<Rotation>,
 }
 
 impl Streams {
@@ -171,6 +173,7 @@ impl Streams {
             dropped: Vec::new(),
             tables: Vec::new(),
             unused: Vec::new(),
+            rotations: Vec::new(),
         }
     }
 
