@@ -255,6 +255,9 @@ fn faults_name_the_file_the_line_and_the_column() {
         "{}",
         refused(norm)
     );
+    let numbered: String = (0..2_001).map(|row| format!("{row},o{row},0.1,0.2,0.3\n")).collect();
+    let numbered = refused(&("time,id,x,y,z\n".to_owned() + &numbered));
+    assert!(numbered.contains("line 2002, field `id`: there are more than 2000 obj"), "{numbered}");
     let mixed = import(
         "",
         &[

@@ -1,6 +1,6 @@
 //! Turns what was read into streams in seconds and metres, in the world's axes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -143,6 +143,7 @@ impl Streams {
         self.mapping.handed.get_or_insert(handed);
         let rows = self.sources.iter().map(|source| source.rows).sum();
         let mut parts = joined(std::mem::take(&mut self.parts), |id| self.mapping.is_hand(id));
+        let mut kinds = BTreeMap::new();
         for part in &mut parts {
             let row_times = std::mem::take(&mut part.row_times);
             let clock = Clock { sources: &self.sources, units: &times, rows: &row_times };
@@ -172,14 +173,25 @@ impl Streams {
                 }
             }
             self.sort(part);
-            self.name(part);
+            self.name(part, &mut kinds);
         }
+        let mut told = HashSet::new();
+        for (id, kind) in kinds.iter().filter(|(id, kind)| id != kind) {
+            if told.insert(kind) {
+                self.guess("kinds", kind, format!("`{id}` without its number"));
+            }
+        }
+        // A pattern could fit other ids.
+        self.mapping.kinds.extend(kinds);
         if let Some(gap_s) = self.mapping.gap_s {
             parts = parts.into_iter().flat_map(|part| split(part, gap_s)).collect();
         }
         let seen = |part: &Part| part.tracks.iter().any(|track| !track.samples.is_empty());
-        for part in parts.iter().filter(|part| !seen(part)) {
-            self.drop_one(&format!("session `{}`, in which no object has a pose", part.session));
+        let mut empty = parts.iter().filter(|part| !seen(part));
+        if let Some(first) = empty.next() {
+            let what = format!("session in which no object has a pose, first `{}`", first.session);
+            let count = 1 + empty.count() as u64;
+            self.dropped.push(Dropped { what, count });
         }
         parts.retain(seen);
         if parts.is_empty() {
@@ -314,23 +326,19 @@ impl Streams {
         }
     }
 
-    /// Gives the objects of a part their kinds, and finds the hand.
-    fn name(&mut self, part: &mut Part) {
+    /// Gives the objects of a part their kinds, and finds the hand. `guessed` are the kinds so far, by id.
+    fn name(&mut self, part: &mut Part, guessed: &mut BTreeMap<String, String>) {
         for track in &mut part.tracks {
-            let given = self.mapping.kind(&track.id).map(str::to_owned);
-            let logged = part.kinds.get(&*track.id).cloned();
-            let kind = given.or(logged).unwrap_or_else(|| {
-                let kind = kind_of(&track.id).to_owned();
-                if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind)
-                    && kind != *track.id
-                {
-                    self.guess("kinds", &kind, format!("`{}` without its number", track.id));
-                }
-                // A pattern could fit other ids.
-                self.mapping.kinds.insert(track.id.to_string(), kind.clone());
-                kind
-            });
-            track.kind = kind.into();
+            let known = guessed.get(&*track.id).map(String::as_str);
+            let given = known.or_else(|| self.mapping.kind(&track.id));
+            let logged = part.kinds.get(&*track.id).map(String::as_str);
+            if let Some(kind) = given.or(logged) {
+                track.kind = kind.into();
+                continue;
+            }
+            let kind = kind_of(&track.id).to_owned();
+            track.kind = kind.as_str().into();
+            guessed.insert(track.id.to_string(), kind);
         }
         if let Some(hand) = part.tracks.iter().position(|track| self.mapping.is_hand(&track.id)) {
             let hand = part.tracks.remove(hand);

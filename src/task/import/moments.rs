@@ -1,5 +1,6 @@
 //! The moments of a recording: poses at the start, at each contact and release, and at the end.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::carry::{Carries, Carry, carries, ridden};
@@ -103,6 +104,7 @@ impl Log {
                 number,
                 found: &found,
                 known: Vec::new(),
+                index: HashMap::new(),
                 moments: &mut moments,
                 offset: 0.0,
             };
@@ -127,6 +129,8 @@ struct Taker<'a> {
     number: usize,
     found: &'a [Carries],
     known: Vec<Known>,
+    /// Indices of the known objects, by id.
+    index: HashMap<Arc<str>, usize>,
     moments: &'a mut Vec<Moment>,
     /// What is added to times so that parts follow each other.
     offset: f64,
@@ -135,12 +139,10 @@ struct Taker<'a> {
 impl Taker<'_> {
     fn take(&mut self) -> Vec<Snapshot> {
         for track in self.session.parts.iter().flat_map(|part| &part.tracks) {
-            if self.known.iter().all(|known| known.id != track.id) && !track.samples.is_empty() {
-                self.known.push(Known {
-                    id: track.id.clone(),
-                    kind: track.kind.clone(),
-                    pose: None,
-                });
+            if !track.samples.is_empty() && !self.index.contains_key(&track.id) {
+                self.index.insert(track.id.clone(), self.known.len());
+                let (id, kind) = (track.id.clone(), track.kind.clone());
+                self.known.push(Known { id, kind, pose: None });
             }
         }
         // What is first seen later was there before.
@@ -230,9 +232,8 @@ impl Taker<'_> {
                 Some(carry) if carry.object == index => own_pose(part, found, carry),
                 _ => resting(part, found, index, t),
             };
-            let known = self.known.iter_mut().find(|known| known.id == track.id);
-            if let (Some(known), Some((pose, _))) = (known, pose) {
-                known.pose = Some(pose);
+            if let (Some(known), Some((pose, _))) = (self.index.get(&track.id), pose) {
+                self.known[*known].pose = Some(pose);
             }
         }
         let pose = |known: &Known| {

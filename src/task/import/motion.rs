@@ -79,7 +79,8 @@ fn white(samples: &[Sample], step: f64) -> f64 {
 /// Distance from an object's origin at which its turns are seen, in metres.
 const LEVER: f64 = 0.05;
 
-/// Finds when an object moved or turned. Costs the number of samples times that in a window.
+/// Finds when an object moved or turned. Costs the number of samples times that in a window,
+/// of which it takes at most 200.
 pub(super) fn motion(track: &Track) -> Motion {
     let mut found = shifts(&track.samples);
     if found.sparse || !track.samples.iter().any(Sample::oriented) {
@@ -125,10 +126,12 @@ fn shifts(samples: &[Sample]) -> Motion {
     }
     let white = white(samples, step);
     let window = WINDOW.max(4.0 * step);
-    let (mut middles, mut differences) = (Vec::new(), Vec::new());
+    let (mut middles, mut differences, mut fewer) = (Vec::new(), Vec::new(), Vec::new());
     for sample in samples {
         let inside = between(samples, sample.t, sample.t + window - step / 2.0);
-        middles.push(middle(inside).unwrap_or(sample.position));
+        fewer.clear();
+        fewer.extend(inside.iter().step_by(inside.len() / (MOST + 1) + 1));
+        middles.push(middle(&fewer).unwrap_or(sample.position));
     }
     for (index, sample) in samples.iter().enumerate() {
         let before = samples.partition_point(|s| s.t < sample.t - window + step / 4.0);
@@ -138,7 +141,7 @@ fn shifts(samples: &[Sample]) -> Motion {
     let mut sorted = differences.clone();
     let quarter = sorted.len() / 4;
     let (_, quarter, _) = sorted.select_nth_unstable_by(quarter, f64::total_cmp);
-    let count = (window / step).max(1.0);
+    let count = (window / step).clamp(1.0, MOST as f64);
     // The median of n normal numbers has 1.25 times the deviation of their mean; of two windows, the square root of 2.
     let expected = white * 1.25 * (2.0 / count).sqrt();
     let spread = (*quarter / QUARTILE).clamp(expected, 4.0 * expected.max(LEAST / DIFFER / 4.0));

@@ -12,6 +12,9 @@ use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 use crate::task::recording::MAX_NAME;
 
+/// Greatest number of objects of a session.
+const MOST_OBJECTS: usize = 2_000;
+
 /// A place in a table.
 pub(super) struct Row<'a> {
     pub file: &'a str,
@@ -207,6 +210,11 @@ impl Rows<'_> {
                     (id, _) => id,
                 };
                 let track = *bodies[index].get_or_insert_with(|| into.track(part, id));
+                if track >= MOST_OBJECTS {
+                    let problem = format!("there are more than {MOST_OBJECTS} objects in one session");
+                    let expected = "ids of objects, which are the same in many rows";
+                    return Err(row.fault(self.layout.id.unwrap_or(usize::MAX), problem, expected));
+                }
                 let Some(sample) = self.sample(&record, &row, t, body, into)? else { continue };
                 if let Some(last) = into.parts[part].tracks[track].samples.last()
                     && last.source == self.source
