@@ -355,6 +355,24 @@ fn files_of_the_same_name_in_several_folders_are_several_sessions() {
     assert_eq!(of(&[("grip/a.csv", &width), ("mocap/a.csv", &long)]), ["a"]);
 }
 
+#[test]
+fn two_columns_of_one_time_are_not_added_up() {
+    let of = |header: &str, times: &dyn Fn(f64) -> String| {
+        let rows = cup(|t, id, [x, y, z]| format!("{},{id},{x:.4},{y:.4},{z:.4}\n", times(t)));
+        import("", &[("a.csv", &format!("{header},id,x,y,z\n{rows}"))])
+    };
+    let nano = |t: f64| (t.fract() * 1e9).round();
+    let both = |t: f64| format!("{t:.2},{:.0}", t * 1e9);
+    near(ends(&of("time_s,timestamp_ns", &both).expect("imported")), CARRIED);
+    let parts = |t: f64| format!("{:.0},{:.0}", t.floor(), nano(t));
+    near(ends(&of("secs,nsecs", &parts).expect("imported")), CARRIED);
+    near(ends(&of("header.stamp.sec,header.stamp.nanosec", &parts).expect("imported")), CARRIED);
+    let turned = |t: f64| format!("{:.0},{:.0}", nano(t), t.floor());
+    near(ends(&of("stamp_nsec,stamp_sec", &turned).expect("imported")), CARRIED);
+    let refused = of("time,time_ns", &both).expect_err("it is refused").to_string();
+    assert!(refused.contains("field `time_ns`: it is 1000000000, beside another"), "{refused}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::columns::{Field, Unit, names_a_hand, recognise};
+use super::columns::{Field, Unit, names_a_hand, recognise, without_unit};
 use super::mapping::{
     Angle, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap, TimeUnit,
 };
@@ -176,10 +176,17 @@ impl Finder<'_> {
                         Some(Unit::Time(unit)) => Some(unit),
                         _ => None,
                     };
-                    let more = layout
-                        .time
-                        .iter()
-                        .all(|(_, before)| unit == Some(TimeUnit::Nanosecond) && *before != unit);
+                    // Seconds and nanoseconds of one time are added.
+                    let more = match layout.time[..] {
+                        [] => true,
+                        [(before, of)] => {
+                            let nano = |unit| unit == Some(TimeUnit::Nanosecond);
+                            let whole = |unit| matches!(unit, None | Some(TimeUnit::Second));
+                            (nano(unit) && whole(of) || whole(unit) && nano(of))
+                                && without_unit(name) == without_unit(&self.header[before])
+                        }
+                        _ => false,
+                    };
                     if time.is_none_or(|time| time == index) && (more || time.is_some()) {
                         layout.time.push((index, unit));
                         used[index] = true;

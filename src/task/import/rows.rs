@@ -252,6 +252,11 @@ impl Rows<'_> {
                 for (column, unit) in several {
                     let scale = unit.map_or(1.0, TimeUnit::seconds);
                     match number(record, *column, self.text.comma, row)? {
+                        Some(value) if *unit == Some(TimeUnit::Nanosecond) && value >= 1e9 => {
+                            let problem = format!("it is {value}, beside another column of time");
+                            let expected = "nanoseconds of less than a second, or --time COLUMN";
+                            return Err(row.fault(*column, problem, expected));
+                        }
                         Some(value) => sum += value * scale,
                         None => return Ok(None),
                     }
