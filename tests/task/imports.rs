@@ -280,8 +280,7 @@ fn faults_name_the_file_the_line_and_the_column() {
 #[test]
 fn coordinates_that_overflow_in_a_frame_are_refused() {
     let far: String = (0..40).map(|tick| format!("{tick},a,1.7e308,1.7e308,1.7e308\n")).collect();
-    let mapping =
-        r#", "length": "m", "frame": {"position": [0, 0, 0], "orientation": [-0.5, -0.5, 0.5, 0.5]}"#;
+    let mapping = r#", "length": "m", "frame": {"position": [0, 0, 0], "orientation": [-0.5, -0.5, 0.5, 0.5]}"#;
     let refused = import(mapping, &[("a.csv", &("time,id,x,y,z\n".to_owned() + &far))]);
     let refused = refused.expect_err("it is refused").to_string();
     assert!(refused.contains("expected coordinates of at most 1e6 m"), "{refused}");
@@ -371,6 +370,47 @@ fn two_columns_of_one_time_are_not_added_up() {
     near(ends(&of("stamp_nsec,stamp_sec", &turned).expect("imported")), CARRIED);
     let refused = of("time,time_ns", &both).expect_err("it is refused").to_string();
     assert!(refused.contains("field `time_ns`: it is 1000000000, beside another"), "{refused}");
+}
+
+#[test]
+fn a_session_column_need_not_stand_in_every_table() {
+    // Two episodes one after the other, and a gripper whose table does not know of them.
+    let two = |t: f64, id: &str, [x, y, z]: [f64; 3]| {
+        let row = |t: f64, n: u8| format!("{t:.2},{n},{id},{x:.4},{y:.4},{z:.4}\n");
+        [row(t, 0), row(t + 20.0, 1)]
+    };
+    let (mut first, mut second) = (String::new(), String::new());
+    cup(|t, id, at| {
+        let [one, other] = two(t, id, at);
+        first += &one;
+        second += &other;
+        String::new()
+    });
+    let objects = format!("time,episode,id,x,y,z\n{first}{second}");
+    let robot = |from: f64, to: f64| {
+        let ticks = (0..800).map(|tick| f64::from(tick) * 0.05).filter(|t| (from..to).contains(t));
+        let held = |t: f64| u8::from((4.0..=6.0).contains(&(t % 20.0)));
+        let rows = ticks.map(|t| format!("{t:.2},{}\n", held(t)));
+        "time,grasped\n".to_owned() + &rows.collect::<String>()
+    };
+    for names in [["a_objects.csv", "a_robot.csv"], ["z.csv", "a.csv"]] {
+        for order in [[0, 1], [1, 0]] {
+            let gripper = robot(0.0, 32.0);
+            let files = [(names[0], &*objects), (names[1], &*gripper)];
+            let found = import("", &order.map(|at| files[at])).expect("imported");
+            let sessions: Vec<&str> = found.sessions.iter().map(|s| &*s.name).collect();
+            assert_eq!(sessions, ["0", "1"]);
+            assert_eq!(found.moments.len(), 4);
+            assert!(found.moments.iter().all(|m| m.evidence.starts_with("grasp flag")));
+            // Between and behind the episodes, 10 to 20 s and 30 to 32 s.
+            let left: Vec<u64> = found.dropped.iter().map(|dropped| dropped.count).collect();
+            assert_eq!(left, [240], "{:?}", found.dropped);
+        }
+    }
+    // Nobody has the column.
+    let mapping = r#", "session": "trial""#;
+    let refused = import(mapping, &[("a.csv", &*robot(0.0, 9.0))]).expect_err("it is refused");
+    assert!(refused.to_string().contains("field `trial`: no table has such a column"), "{refused}");
 }
 
 proptest! {

@@ -170,7 +170,9 @@ impl Streams {
         let text = Text::of(bytes, file, table, &mut guesses)?;
         let header = &*text.header;
         let (line, guesses_of) = (text.line, &mut guesses);
-        let finder = Finder { header, file, line, mapping: &mapping, table, guesses: guesses_of };
+        let session = self.session.as_deref();
+        let finder =
+            Finder { header, file, line, mapping: &mapping, table, session, guesses: guesses_of };
         let layout = finder.find()?;
         let angle = match mapping.angle.or(layout.angle) {
             Some(angle) => angle,
@@ -213,11 +215,9 @@ impl Streams {
                 Some((_, files)) => files.push(name.to_owned()),
                 None => self.tables.push((read, vec![name.to_owned()])),
             }
-            if mapping.session.is_none()
-                && let Some(column) = layout.session
-            {
-                self.mapping.session = Some(header[column].clone());
-            }
+        }
+        if let Some(column) = layout.session {
+            self.session.get_or_insert_with(|| header[column].clone());
         }
         if !layout.unused.is_empty() {
             self.unused.push((file.into(), layout.unused.clone()));

@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::columns::kind_of;
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
 use super::pattern::Pattern;
-use super::sessions::joined;
+use super::sessions::{joined, scattered};
 use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
@@ -105,9 +105,8 @@ impl Clock<'_> {
         let own = &self.sources[source as usize];
         let Some(pattern) = &own.row_of else { return Ok(t * unit(source)) };
         let refused = |problem, expected| Err(fault(&own.file, "row_of", problem, expected));
-        let fits = |(of, _): &&(u32, Vec<f64>)| {
-            Pattern::fits(pattern, self.sources[*of as usize].short())
-        };
+        let fits =
+            |(of, _): &&(u32, Vec<f64>)| Pattern::fits(pattern, self.sources[*of as usize].short());
         let Some((of, times)) = self.rows.iter().find(fits) else {
             let problem = format!("its session has no table `{pattern}`");
             return refused(problem, "the table to whose rows it refers");
@@ -129,6 +128,12 @@ impl Streams {
     /// [`InputFault`] if a unit cannot be told, if files disagree about it, if a row refers to no row, or if there are no
     /// poses.
     pub fn finish(mut self) -> Result<Log, InputFault> {
+        if let (Some(name), None) = (&self.mapping.session, &self.session) {
+            let file = self.sources.first().map_or("", |source| &source.file);
+            let problem = "no table has such a column of the session".to_owned();
+            return Err(fault(file, name, problem, "a column of one of the tables"));
+        }
+        self.mapping.session = self.session.take();
         let lengths = self.lengths()?;
         let times: Vec<TimeUnit> =
             (0..self.sources.len()).map(|index| self.time_unit(index)).collect();
@@ -143,7 +148,6 @@ impl Streams {
         self.mapping.handed.get_or_insert(handed);
         let rows = self.sources.iter().map(|source| source.rows).sum();
         let mut parts = joined(std::mem::take(&mut self.parts), |id| self.mapping.is_hand(id));
-        let mut kinds = BTreeMap::new();
         for part in &mut parts {
             let row_times = std::mem::take(&mut part.row_times);
             let clock = Clock { sources: &self.sources, units: &times, rows: &row_times };
@@ -172,6 +176,14 @@ impl Streams {
                     Signal::Contact(object) => drop(part.contacts.insert(object, flags())),
                 }
             }
+        }
+        let (mut parts, lost) = scattered(parts, |id| self.mapping.is_hand(id));
+        if lost > 0 {
+            let what = "value of a table without the session's column, at a time of no session or of several";
+            self.dropped.push(Dropped { what: what.into(), count: lost });
+        }
+        let mut kinds = BTreeMap::new();
+        for part in &mut parts {
             self.sort(part);
             self.name(part, &mut kinds);
         }

@@ -111,6 +111,8 @@ pub(super) struct Finder<'a> {
     pub line: usize,
     pub mapping: &'a Mapping,
     pub table: &'a TableMap,
+    /// The session's column in the tables before.
+    pub session: Option<&'a str>,
     pub guesses: &'a mut Vec<Guess>,
 }
 
@@ -151,7 +153,9 @@ impl Finder<'_> {
         };
         layout.id = given(&table.id, &self)?;
         layout.kind = given(&table.kind, &self)?;
-        layout.session = given(&self.mapping.session, &self)?;
+        // A table without the session's column goes to sessions by its times.
+        let session = self.mapping.session.as_deref().or(self.session);
+        layout.session = session.and_then(|name| self.header.iter().position(|own| own == name));
         layout.width = given(&table.width, &self)?;
         layout.grasp = given(&table.grasp, &self)?;
         let time = given(&table.time, &self)?;
@@ -168,7 +172,8 @@ impl Finder<'_> {
             let slot = match column.field {
                 Field::Id if table.objects.is_empty() => &mut layout.id,
                 Field::Kind => &mut layout.kind,
-                Field::Session => &mut layout.session,
+                Field::Session if self.mapping.session.is_none() => &mut layout.session,
+                Field::Session => continue,
                 Field::Width => &mut layout.width,
                 Field::Grasp => &mut layout.grasp,
                 Field::Time => {

@@ -124,6 +124,17 @@ impl Rows<'_> {
         !self.layout.time.is_empty()
     }
 
+    /// Returns the index of the part of the file, or of a session that begins inside it.
+    fn part(&self, into: &mut Streams, inner: Option<&str>) -> usize {
+        let home = &self.home;
+        let at = match inner {
+            Some(session) => into.part(&home.inner(), session, &home.part),
+            None => into.part(&home.folder, &home.session, &home.part),
+        };
+        into.parts[at].home = home.inner();
+        at
+    }
+
     pub fn read(&self, bytes: &[u8], into: &mut Streams) -> Result<(), InputFault> {
         let header = &*self.text.header;
         let mut table = reader(bytes, self.text.delimiter);
@@ -161,13 +172,10 @@ impl Rows<'_> {
             let own = self.layout.session.map(|column| record.get(column).unwrap_or_default());
             if at.is_none() || own.is_some_and(|own| own != last_session) {
                 last_session = own.unwrap_or_default().to_vec();
-                at = Some(match own {
-                    Some(own) => {
-                        let name = name(own, self.layout.session, &row)?;
-                        into.part(&self.home.inner(), &name, &self.home.part)
-                    }
-                    None => into.part(&self.home.folder, &self.home.session, &self.home.part),
-                });
+                let name = own.map(|own| name(own, self.layout.session, &row)).transpose()?;
+                let part = self.part(into, name.as_deref());
+                into.parts[part].told |= own.is_some();
+                at = Some(part);
                 bodies.iter_mut().for_each(|body| *body = None);
             }
             let Some(t) = self.time(&record, &row)? else {
@@ -180,7 +188,7 @@ impl Rows<'_> {
                     into.note_reset(self.file, line);
                     resets += 1;
                     let name = format!("{}-{}", self.home.session, resets + 1);
-                    at = Some(into.part(&self.home.inner(), &name, &self.home.part));
+                    at = Some(self.part(into, Some(&name)));
                     bodies.iter_mut().for_each(|body| *body = None);
                 }
                 clock.tick(t);
@@ -211,7 +219,8 @@ impl Rows<'_> {
                 };
                 let track = *bodies[index].get_or_insert_with(|| into.track(part, id));
                 if track >= MOST_OBJECTS {
-                    let problem = format!("there are more than {MOST_OBJECTS} objects in one session");
+                    let problem =
+                        format!("there are more than {MOST_OBJECTS} objects in one session");
                     let expected = "ids of objects, which are the same in many rows";
                     return Err(row.fault(self.layout.id.unwrap_or(usize::MAX), problem, expected));
                 }

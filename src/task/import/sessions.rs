@@ -1,9 +1,9 @@
 //! The session to which a file and its rows belong.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::pattern::Pattern;
-use super::streams::{Part, Streams};
+use super::streams::{Part, Streams, Track};
 use crate::task::error::InputFault;
 
 /// Words at the end of names that say what a table holds, not which session it is of.
@@ -79,7 +79,7 @@ pub(super) fn joined(parts: Vec<Part>, is_hand: impl Fn(&str) -> bool) -> Vec<Pa
     let mut origins: HashMap<String, BTreeSet<String>> = HashMap::new();
     for part in &parts {
         let own = origins.entry(part.session.clone()).or_default();
-        if part.tracks.iter().any(|track| !track.samples.is_empty() && !is_hand(&track.id)) {
+        if shows(part, &is_hand) {
             own.insert(part.origin.clone());
         }
     }
@@ -101,6 +101,84 @@ pub(super) fn joined(parts: Vec<Part>, is_hand: impl Fn(&str) -> bool) -> Vec<Pa
         }
     }
     kept
+}
+
+/// Returns whether a part has poses of objects.
+fn shows(part: &Part, is_hand: &impl Fn(&str) -> bool) -> bool {
+    part.tracks.iter().any(|track| !track.samples.is_empty() && !is_hand(&track.id))
+}
+
+/// Gives the streams of tables without the session's column to the sessions whose spans of time hold them: those of the
+/// same file name, or else of any if the table shows no objects. Returns how many values no session, or more than one,
+/// holds.
+pub(super) fn scattered(parts: Vec<Part>, is_hand: impl Fn(&str) -> bool) -> (Vec<Part>, u64) {
+    let told = parts.iter().filter(|part| part.told);
+    let homes: HashSet<String> = told.map(|part| part.home.clone()).collect();
+    let (others, mut kept): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(|part| {
+        !part.told && (homes.contains(&part.home) || !homes.is_empty() && !shows(part, &is_hand))
+    });
+    let mut lost = 0;
+    for part in others {
+        let same = homes.contains(&part.home);
+        let mut spans: Vec<(f64, f64, usize)> = (kept.iter().enumerate())
+            .filter(|(_, own)| own.told && (!same || own.home == part.home))
+            .filter_map(|(at, own)| bounds(own).map(|(from, to)| (from, to, at)))
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let apart = spans.windows(2).all(|two| two[0].1 <= two[1].0);
+        let find = |t: f64| match spans[..] {
+            [(.., only)] => Some(only),
+            _ => {
+                let at = spans.partition_point(|span| span.0 <= t).checked_sub(1)?;
+                (apart && t <= spans[at].1).then_some(spans[at].2)
+            }
+        };
+        let mut pieces: BTreeMap<Option<usize>, Part> = BTreeMap::new();
+        for Track { id, kind, samples } in part.tracks {
+            for (at, samples) in split(samples, |sample| find(sample.t)) {
+                let own = Track { id: id.clone(), kind: kind.clone(), samples };
+                pieces.entry(at).or_default().tracks.push(own);
+            }
+        }
+        for (at, own) in split(part.width, |(t, _)| find(*t)) {
+            pieces.entry(at).or_default().width = own;
+        }
+        for (at, own) in split(part.grasp, |(t, _)| find(*t)) {
+            pieces.entry(at).or_default().grasp = own;
+        }
+        for (id, flags) in part.contacts {
+            for (at, own) in split(flags, |(t, _)| find(*t)) {
+                pieces.entry(at).or_default().contacts.insert(id.clone(), own);
+            }
+        }
+        for (at, piece) in pieces {
+            match at {
+                Some(at) => kept[at].absorb(piece),
+                None => lost += times(&piece).count() as u64,
+            }
+        }
+    }
+    (kept, lost)
+}
+
+/// Splits values by the session that holds them.
+fn split<T>(values: Vec<T>, find: impl Fn(&T) -> Option<usize>) -> BTreeMap<Option<usize>, Vec<T>> {
+    let mut found: BTreeMap<Option<usize>, Vec<T>> = BTreeMap::new();
+    for value in values {
+        found.entry(find(&value)).or_default().push(value);
+    }
+    found
+}
+
+/// Returns the times of all streams of a part.
+fn times(part: &Part) -> impl Iterator<Item = f64> {
+    let poses = part.tracks.iter().flat_map(|track| &track.samples).map(|sample| sample.t);
+    let flags = part.contacts.values().flatten().chain(&part.grasp).map(|(t, _)| *t);
+    poses.chain(flags).chain(part.width.iter().map(|(t, _)| *t))
+}
+
+fn bounds(part: &Part) -> Option<(f64, f64)> {
+    times(part).map(|t| (t, t)).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
 }
 
 /// Returns an origin without the folders that all origins share.
@@ -130,6 +208,12 @@ impl Part {
         for (signal, readings) in other.signals {
             self.signals.entry(signal).or_default().extend(readings);
         }
+        for (id, flags) in other.contacts {
+            self.contacts.entry(id).or_default().extend(flags);
+        }
+        self.width.extend(other.width);
+        self.grasp.extend(other.grasp);
+        self.told |= other.told;
         self.row_times.extend(other.row_times);
         self.kinds.extend(other.kinds);
     }

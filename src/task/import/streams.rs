@@ -90,6 +90,10 @@ pub struct Part {
     pub contacts: BTreeMap<String, Vec<(f64, bool)>>,
     /// Folder, or folder and session of the file in which the session begins.
     pub(super) origin: String,
+    /// Folder and session of the file.
+    pub(super) home: String,
+    /// Whether a column says that it is of this session.
+    pub(super) told: bool,
     /// Times of the rows of tables to which others refer, by the index of the file.
     pub(super) row_times: Vec<(u32, Vec<f64>)>,
     /// Kinds that the log gives.
@@ -156,6 +160,8 @@ pub struct Streams {
     pub(super) tables: Vec<(TableMap, Vec<String>)>,
     /// Columns that are not used, by file.
     pub(super) unused: Vec<(String, Vec<String>)>,
+    /// Column of the session, once a table has one.
+    pub(super) session: Option<String>,
     /// What three columns of a rotation were taken for.
     pub(super) rotations: Vec<Rotation>,
 }
@@ -173,6 +179,7 @@ impl Streams {
             dropped: Vec::new(),
             tables: Vec::new(),
             unused: Vec::new(),
+            session: None,
             rotations: Vec::new(),
         }
     }
