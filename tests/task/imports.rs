@@ -413,6 +413,25 @@ fn a_session_column_need_not_stand_in_every_table() {
     assert!(refused.to_string().contains("field `trial`: no table has such a column"), "{refused}");
 }
 
+#[test]
+fn signals_that_go_with_no_motion_do_not_hide_the_motion() {
+    let rows = cup(|t, id, [x, y, z]| {
+        format!("{t:.2},{id},{x:.4},{y:.4},{z:.4},{}\n", u8::from((0.5..2.0).contains(&t)))
+    });
+    let found = import("", &[("a.csv", &format!("time,id,x,y,z,grasped\n{rows}"))]);
+    let found = found.expect("imported");
+    near(ends(&found), CARRIED);
+    let said = |text: &str| found.dropped.iter().any(|dropped| dropped.what.contains(text));
+    assert!(said("no object moved") && said("motion alone tells"), "{:?}", found.dropped);
+    // A column that the mapping names is no other column, whatever its name.
+    let rows = cup(|t, id, [x, y, z]| {
+        format!("{t:.2},{id},{},{x:.4},{y:.4},{z:.4}\n", u8::from((4.0..=6.0).contains(&t)))
+    });
+    let mapping = r#", "tables": [{"grasp": "finger_x"}]"#;
+    let text = format!("time,id,finger_x,x,y,z\n{rows}");
+    near(ends(&import(mapping, &[("a.csv", &text)]).expect("imported")), CARRIED);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

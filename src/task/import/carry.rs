@@ -117,9 +117,14 @@ pub(super) fn carries(sessions: &[Session]) -> Vec<Vec<Carries>> {
 
 fn of_part(part: &Part, motions: Vec<Motion>, grips: &Grips, new: &mut Grips) -> Carries {
     let mut found = Carries { motions, ..Carries::default() };
-    match holds(part) {
-        Some(holds) => holds.iter().for_each(|hold| held(part, hold, &mut found, grips, new)),
-        None => moved(part, &mut found, grips, new),
+    let holds = holds(part);
+    holds.iter().flatten().for_each(|hold| held(part, hold, &mut found, grips, new));
+    if found.carries.is_empty() {
+        moved(part, &mut found, grips, new);
+        if holds.is_some() && !found.carries.is_empty() {
+            let what = "the gripper's signals, with which no object moved; motion alone tells the carries";
+            found.dropped.push(what.into());
+        }
     }
     found.carries.sort_by(|a, b| a.from.total_cmp(&b.from));
     found

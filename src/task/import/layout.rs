@@ -163,12 +163,26 @@ impl Finder<'_> {
             let object = if object == "*" { String::new() } else { object.clone() };
             layout.contacts.push((object, self.column(name)?));
         }
+        // What the mapping or an option names is nothing else.
+        let named = [layout.id, layout.kind, layout.session, layout.width, layout.grasp];
+        let contacts = layout.contacts.iter().map(|(_, index)| *index);
+        let named: Vec<usize> = named.into_iter().flatten().chain(contacts).collect();
         for (index, name) in self.header.iter().enumerate() {
-            if self.mapping.ignores(name) {
+            if named.contains(&index) || self.mapping.ignores(name) {
                 used[index] = true;
                 continue;
             }
-            let Some(column) = recognise(name) else { continue };
+            let column = recognise(name);
+            if time == Some(index) {
+                let unit = column.and_then(|column| match column.unit {
+                    Some(Unit::Time(unit)) => Some(unit),
+                    _ => None,
+                });
+                layout.time.push((index, unit));
+                used[index] = true;
+                continue;
+            }
+            let Some(column) = column else { continue };
             let slot = match column.field {
                 Field::Id if table.objects.is_empty() => &mut layout.id,
                 Field::Kind => &mut layout.kind,
@@ -192,7 +206,7 @@ impl Finder<'_> {
                         }
                         _ => false,
                     };
-                    if time.is_none_or(|time| time == index) && (more || time.is_some()) {
+                    if time.is_none() && more {
                         layout.time.push((index, unit));
                         used[index] = true;
                     }
@@ -218,15 +232,10 @@ impl Finder<'_> {
                     continue;
                 }
             };
-            if slot.is_none() || *slot == Some(index) {
+            if slot.is_none() {
                 *slot = Some(index);
                 used[index] = true;
             }
-        }
-        if let Some(time) = time
-            && layout.time.is_empty()
-        {
-            layout.time.push((time, None));
         }
         if layout.time.is_empty() && table.row_of.is_none() {
             let expected = "a column named time, t, stamp or timestamp, or `time` in the mapping";
