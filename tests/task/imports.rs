@@ -432,6 +432,31 @@ fn signals_that_go_with_no_motion_do_not_hide_the_motion() {
     near(ends(&import(mapping, &[("a.csv", &text)]).expect("imported")), CARRIED);
 }
 
+#[test]
+fn a_table_sorted_by_object_is_one_session() {
+    let of = |ids: &[&str], times: &[usize]| {
+        let mut text = "time,id,x,y,z\n".to_owned();
+        for id in ids {
+            for _ in times {
+                text += &cup(|t, own, at| if own == *id { plain(t, own, at) } else { String::new() });
+            }
+        }
+        import("", &[("a.csv", &text)]).expect("imported")
+    };
+    let found = of(&["cup_1", "shelf"], &[0]);
+    near(ends(&found), CARRIED);
+    assert_eq!((found.sessions.len(), found.sessions[0].parts[0].tracks.len()), (1, 2));
+    // Each object has both of two sessions.
+    let found = of(&["shelf", "cup_1"], &[0, 1]);
+    assert_eq!((found.sessions.len(), found.moments.len()), (2, 4));
+    assert!(found.sessions.iter().all(|session| session.parts[0].tracks.len() == 2));
+    // A new object in the first row of the second session.
+    let second = format!("0.00,bowl,0.1,0.2,0.3\n{}", cup(plain));
+    let rows = format!("time,id,x,y,z\n{}{second}0.05,bowl,0.1,0.2,0.3\n", cup(plain));
+    let found = import("", &[("a.csv", &rows)]).expect("imported");
+    assert_eq!((found.sessions.len(), found.moments.len()), (2, 4));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

@@ -1,5 +1,7 @@
 //! The rows of a table: times, signals of the gripper and poses.
 
+use std::collections::HashMap;
+
 use csv::ByteRecord;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -85,25 +87,60 @@ fn flag(
     Ok(number(record, column, comma, row)?.map(|value| value > 0.5))
 }
 
-/// The times of a file so far.
-#[derive(Default)]
+/// The times of a file, or of one object of it, since its clock last started.
+#[derive(Clone, Copy, Default)]
 struct Clock {
     first: f64,
     last: f64,
     count: u64,
+    /// Number of the session of its last row, from 0.
+    session: u64,
 }
 
 impl Clock {
-    /// Returns whether a time goes back by more than half of the time that has passed, after at least 20 rows.
-    fn again(&self, t: f64) -> bool {
-        self.count >= 20 && self.last - t > 0.5 * (self.last - self.first)
+    /// Returns whether a time goes back by more than half of the time that has passed.
+    fn back(&self, t: f64) -> bool {
+        self.count > 0 && self.last - t > 0.5 * (self.last - self.first)
     }
 
-    fn tick(&mut self, t: f64) {
-        if self.count == 0 || self.again(t) {
-            *self = Self { first: t, last: t, count: 0 };
+    /// Notes a row. `again`: the clock starts again with it.
+    fn tick(&mut self, t: f64, again: bool, session: u64) {
+        if self.count == 0 || again {
+            *self = Self { first: t, last: t, count: 0, session };
         }
-        (self.last, self.count) = (self.last.max(t), self.count + 1);
+        (self.last, self.count, self.session) = (self.last.max(t), self.count + 1, session);
+    }
+}
+
+/// The clocks of a file: one of its rows, and one of each object.
+#[derive(Default)]
+struct Clocks {
+    rows: Clock,
+    objects: HashMap<Vec<u8>, Clock>,
+}
+
+impl Clocks {
+    /// Returns the number of the session of the next row, from 0. A session begins where the clock of the rows, after at
+    /// least 20 of them, and that of the row's object go back. In a table that is sorted by object, only the first does.
+    fn session(&mut self, object: &[u8], t: f64) -> u64 {
+        let before = self.rows.session;
+        let again = self.rows.count >= 20 && self.rows.back(t);
+        let own = self.objects.get(object);
+        let restart = again && own.is_some_and(|own| own.back(t));
+        let session = match own {
+            Some(own) if restart => own.session + 1,
+            Some(own) if again => own.session,
+            Some(own) => own.session.max(before),
+            None if again => 0,
+            None => before,
+        };
+        let changed = own.is_some_and(|own| own.session != session);
+        self.rows.tick(t, restart, session);
+        match self.objects.get_mut(object) {
+            Some(own) => own.tick(t, changed, session),
+            None => drop(self.objects.insert(object.to_vec(), Clock { first: t, last: t, count: 1, session })),
+        }
+        session
     }
 }
 
@@ -140,7 +177,7 @@ impl Rows<'_> {
         let mut table = reader(bytes, self.text.delimiter);
         let mut record = ByteRecord::new();
         let mut count = 0u64;
-        let (mut clock, mut resets) = (Clock::default(), 0);
+        let (mut clocks, mut sessions, mut current) = (Clocks::default(), 0, 0);
         let mut at = None;
         let mut bodies: Vec<Option<usize>> = vec![None; self.layout.bodies.len()];
         let mut last_session: Vec<u8> = Vec::new();
@@ -184,14 +221,18 @@ impl Rows<'_> {
             };
             // A clock that starts again begins another session.
             if self.layout.session.is_none() && self.text_clock() {
-                if clock.again(t) {
+                let object = self.layout.id.and_then(|column| record.get(column));
+                let session = clocks.session(object.unwrap_or_default(), t);
+                if session > sessions {
                     into.note_reset(self.file, line);
-                    resets += 1;
-                    let name = format!("{}-{}", self.home.session, resets + 1);
-                    at = Some(self.part(into, Some(&name)));
+                    sessions = session;
+                }
+                if session != current {
+                    current = session;
+                    let name = format!("{}-{}", self.home.session, session + 1);
+                    at = Some(self.part(into, (session > 0).then_some(&name)));
                     bodies.iter_mut().for_each(|body| *body = None);
                 }
-                clock.tick(t);
             }
             let Some(part) = at else { continue };
             let source = &mut into.sources[self.source as usize];
