@@ -58,6 +58,10 @@ fn a_dry_run_prints_a_mapping_that_reads_the_same() {
     std::fs::write(at.join("a.csv"), log("cup_1")).expect("written");
     let (code, out, _) = run(at, &["import", "a.csv", "--dry-run", "--kind", "cup*=mug"]);
     assert_eq!(code, 0);
+    let (_, said, _) = run(at, &["import", "a.csv", "--dry-run", "--page", "dry.html"]);
+    assert!(said.contains("symbolt-import") && at.join("dry.html").exists(), "{said}");
+    let (_, said, _) = run(at, &["import", "a.csv"]);
+    assert!(said.contains("No recording was written; `--out FILE` writes one."), "{said}");
     let mapping = &out[out.find("\n{\n").expect("a mapping")..];
     std::fs::write(at.join("m.json"), mapping).expect("written");
     let (_, one, err) = run(at, &["import", "a.csv", "--map", "m.json", "--out", "-"]);
@@ -123,6 +127,7 @@ fn what_cannot_be_read_is_refused_with_its_place() {
             "field `nobody`: there is no such column; expected one of: time, body",
         ),
         (&["import", "a.csv", "--kind", "cup"], "--kind cup: must be ID=KIND"),
+        (&["import", "a.csv", "--page", "-"], "--page -: must be a file"),
         (&["import", "a.csv", "--gap", "-1"], "--gap -1: must be more than 0 seconds"),
     ] {
         let (code, _, err) = run(at, args);

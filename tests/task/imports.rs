@@ -438,7 +438,8 @@ fn a_table_sorted_by_object_is_one_session() {
         let mut text = "time,id,x,y,z\n".to_owned();
         for id in ids {
             for _ in times {
-                text += &cup(|t, own, at| if own == *id { plain(t, own, at) } else { String::new() });
+                text +=
+                    &cup(|t, own, at| if own == *id { plain(t, own, at) } else { String::new() });
             }
         }
         import("", &[("a.csv", &text)]).expect("imported")

@@ -222,6 +222,9 @@ fn files(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     let page = Place::checked(args.page.as_deref(), args.out.force)?;
+    if matches!(page, Place::Stdout) {
+        bail!(BadArgument::range("--page", "-", "a file"));
+    }
     use_threads(&args.common)?;
     let mut mapping = match &args.map {
         Some(path) => Mapping::read(path)?,
@@ -240,18 +243,22 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     drop(progress);
     let doubts = doubted(&imported.recording);
     let json = || tables::json(&imported, &doubts);
+    let writes = !args.dry_run && !matches!(out, Place::Default);
+    let recording = if writes { recording(&imported)? } else { String::new() };
+    if !matches!(page, Place::Default) {
+        page.write(import_page(&imported))?;
+    }
     if args.dry_run {
         let mapping = imported.mapping.to_json()?;
         return answer(&args.common, json, || tables::text(&imported) + "\n" + &mapping);
     }
-    if !matches!(page, Place::Default) {
-        page.write(import_page(&imported))?;
-    }
     match &out {
-        Place::Default => answer(&args.common, json, || tables::text(&imported)),
-        Place::Stdout => out.write(recording(&imported)?),
+        Place::Default => answer(&args.common, json, || {
+            tables::text(&imported) + "\nNo recording was written; `--out FILE` writes one."
+        }),
+        Place::Stdout => out.write(recording),
         Place::File(path, _) => {
-            out.write(recording(&imported)?)?;
+            out.write(recording)?;
             let wrote = || format!("{}\nWrote {}", tables::text(&imported), path.display());
             answer_unless_quiet(&args.common, json, wrote)
         }

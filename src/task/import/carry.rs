@@ -122,7 +122,8 @@ fn of_part(part: &Part, motions: Vec<Motion>, grips: &Grips, new: &mut Grips) ->
     if found.carries.is_empty() {
         moved(part, &mut found, grips, new);
         if holds.is_some() && !found.carries.is_empty() {
-            let what = "the gripper's signals, with which no object moved; motion alone tells the carries";
+            let what =
+                "the gripper's signals, with which no object moved; motion alone tells the carries";
             found.dropped.push(what.into());
         }
     }

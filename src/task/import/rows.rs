@@ -138,7 +138,10 @@ impl Clocks {
         self.rows.tick(t, restart, session);
         match self.objects.get_mut(object) {
             Some(own) => own.tick(t, changed, session),
-            None => drop(self.objects.insert(object.to_vec(), Clock { first: t, last: t, count: 1, session })),
+            None => drop(
+                self.objects
+                    .insert(object.to_vec(), Clock { first: t, last: t, count: 1, session }),
+            ),
         }
         session
     }

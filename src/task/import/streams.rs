@@ -110,6 +110,9 @@ impl Part {
             tracks.filter_map(|track| Some((track.samples.first()?.t, track.samples.last()?.t)));
         let ends = ends.chain(self.width.first().zip(self.width.last()).map(|(a, b)| (a.0, b.0)));
         let ends = ends.chain(self.grasp.first().zip(self.grasp.last()).map(|(a, b)| (a.0, b.0)));
+        let flags = self.contacts.values();
+        let ends =
+            ends.chain(flags.filter_map(|f| f.first().zip(f.last()).map(|(a, b)| (a.0, b.0))));
         ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 }
