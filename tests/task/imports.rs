@@ -458,6 +458,20 @@ fn a_table_sorted_by_object_is_one_session() {
     assert_eq!((found.sessions.len(), found.moments.len()), (2, 4));
 }
 
+#[test]
+fn an_object_first_seen_after_its_contact_is_not_at_the_origin() {
+    let rows =
+        cup(|t, id, at| if id == "shelf" || t > 7.0 { plain(t, id, at) } else { String::new() });
+    let flags = (0..200).map(|tick| f64::from(tick) * 0.05);
+    let flags = flags.map(|t| format!("{t:.2},{}\n", u8::from((4.0..=6.0).contains(&t))));
+    let contacts = "time,contact_cup_1\n".to_owned() + &flags.collect::<String>();
+    let objects = "time,id,x,y,z\n".to_owned() + &rows;
+    let found = import("", &[("a_objects.csv", &objects), ("a_contacts.csv", &contacts)]);
+    let found = found.expect("imported");
+    near(ends(&found), (CARRIED.1, CARRIED.1));
+    assert_eq!(found.moments[0].samples, 0);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

@@ -76,9 +76,12 @@ pub(super) fn text(imported: &Imported) -> String {
             let with: Vec<String> = moment.with.iter().map(|id| plain(id)).collect();
             evidence = format!("{evidence}; with {}", with.join(", "));
         }
-        if moment.samples == 0 {
-            evidence += "; pose from the hand's motion";
-        }
+        let hand = sessions[moment.session].parts[moment.part].hand.is_some();
+        evidence += match (moment.samples, moment.event) {
+            (1.., _) => "",
+            (0, SnapshotEvent::Release) if hand => "; pose from the hand's motion",
+            _ => "; not seen then, pose from another time",
+        };
         grid.row([
             plain(&sessions[moment.session].name),
             format!("{:.2}", moment.t),

@@ -31,7 +31,7 @@ pub struct Moment {
     pub with: Vec<Arc<str>>,
     /// Where the event is seen, in words.
     pub evidence: String,
-    /// Number of samples behind the object's pose; 0 if it follows from the hand's motion.
+    /// Number of samples behind the object's pose; 0 if it follows from the hand's motion or from another time.
     pub samples: usize,
 }
 
@@ -162,7 +162,6 @@ impl Taker<'_> {
         for (index, (part, found)) in self.session.parts.iter().zip(self.found).enumerate() {
             let Some((first, last)) = part.span() else { continue };
             self.offset = if first + self.offset < end { end - first } else { self.offset };
-            self.offset = if index == 0 { 0.0 } else { self.offset };
             if index == 0 {
                 snapshots.push(self.snapshot(
                     index,
@@ -187,6 +186,8 @@ impl Taker<'_> {
                     SnapshotEvent::Release => self.settled(index, carry.object, carry),
                     _ => own_pose(part, found, carry),
                 };
+                // An object that is first seen later was there before.
+                let known = self.index.get(&id).and_then(|known| self.known[*known].pose);
                 self.moments.push(Moment {
                     session: self.number,
                     part: index,
@@ -194,7 +195,10 @@ impl Taker<'_> {
                     t,
                     object: id,
                     with,
-                    position: own.map_or([0.0; 3], |(pose, _)| pose.position),
+                    position: own
+                        .map(|(pose, _)| pose)
+                        .or(known)
+                        .map_or([0.0; 3], |pose| pose.position),
                     evidence: carry.evidence.clone(),
                     samples: own.map_or(0, |(_, count)| count),
                 });
