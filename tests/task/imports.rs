@@ -472,6 +472,34 @@ fn an_object_first_seen_after_its_contact_is_not_at_the_origin() {
     assert_eq!(found.moments[0].samples, 0);
 }
 
+#[test]
+fn a_number_of_the_row_named_id_is_no_object() {
+    let mut row = 0;
+    let rows = cup(|t, id, at| {
+        row += 1;
+        format!("{row},{}", plain(t, id, at))
+    });
+    let found = import("", &[("a.csv", &format!("id,time,object,x,y,z\n{rows}"))]);
+    let found = found.expect("imported");
+    near(ends(&found), CARRIED);
+    assert_eq!(found.unused, [("a.csv".to_owned(), vec!["id".to_owned()])]);
+    // Contacts by id in a table without poses.
+    let flags = cup(|t, id, _| {
+        format!("{t:.2},{id},{}\n", u8::from(id == "cup_1" && (4.0..=6.0).contains(&t)))
+    });
+    let objects = "time,id,x,y,z\n".to_owned() + &cup(plain);
+    let contacts = format!("time,object,contact\n{flags}");
+    let found = import("", &[("a_objects.csv", &objects), ("a_contacts.csv", &contacts)]);
+    let found = found.expect("imported");
+    near(ends(&found), CARRIED);
+    assert!(found.moments[0].evidence.starts_with("contact with cup_1"), "{:?}", found.moments);
+    // Of the kinds that fit, the longest pattern wins.
+    let mapping = r#", "kinds": {"*": "thing", "cup_*": "cup", "cu*": "vessel"}"#;
+    let found = import(mapping, &[("a.csv", &objects)]).expect("imported");
+    let kinds: Vec<&str> = found.seen.iter().map(|seen| &*seen.kind).collect();
+    assert_eq!(kinds, ["cup", "thing"]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

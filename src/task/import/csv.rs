@@ -20,6 +20,8 @@ pub(super) struct Text {
     pub delimiter: u8,
     pub comma: bool,
     pub header: Vec<String>,
+    /// Whether each column counts the rows.
+    counts: Vec<bool>,
     /// Number of records of the header.
     pub rows: usize,
     line: usize,
@@ -136,8 +138,20 @@ impl Text {
             }
         }
         let line = looked[rows - 1].position().map_or(1, |p| p.line() as usize);
-        Ok(Self { delimiter, comma, header, rows, line })
+        let counts = (0..columns).map(|column| counts(&looked[rows..], column)).collect();
+        Ok(Self { delimiter, comma, header, counts, rows, line })
     }
+}
+
+/// Returns whether a column has one more on each row, for at least 20 rows.
+fn counts(rows: &[ByteRecord], column: usize) -> bool {
+    let number = |row: &ByteRecord| std::str::from_utf8(row.get(column)?).ok()?.parse::<u64>().ok();
+    let next = |two: &[ByteRecord]| {
+        number(&two[0])
+            .and_then(|row| row.checked_add(1))
+            .is_some_and(|row| number(&two[1]) == Some(row))
+    };
+    rows.len() >= 20 && rows.windows(2).all(next)
 }
 
 /// Returns whether numbers are written with a decimal comma.
@@ -171,8 +185,17 @@ impl Streams {
         let header = &*text.header;
         let (line, guesses_of) = (text.line, &mut guesses);
         let session = self.session.as_deref();
-        let finder =
-            Finder { header, file, line, mapping: &mapping, table, session, guesses: guesses_of };
+        let (counts, mapped) = (&*text.counts, &mapping);
+        let finder = Finder {
+            header,
+            file,
+            counts,
+            line,
+            mapping: mapped,
+            table,
+            session,
+            guesses: guesses_of,
+        };
         let layout = finder.find()?;
         let angle = match mapping.angle.or(layout.angle) {
             Some(angle) => angle,

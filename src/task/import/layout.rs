@@ -107,6 +107,8 @@ fn all<T: Copy, const N: usize>(found: [Option<T>; N]) -> Option<[T; N]> {
 pub(super) struct Finder<'a> {
     pub header: &'a [String],
     pub file: &'a str,
+    /// Whether each column counts the rows.
+    pub counts: &'a [bool],
     /// The line of the header.
     pub line: usize,
     pub mapping: &'a Mapping,
@@ -184,6 +186,7 @@ impl Finder<'_> {
             }
             let Some(column) = column else { continue };
             let slot = match column.field {
+                Field::Id if self.counts[index] => continue,
                 Field::Id if table.objects.is_empty() => &mut layout.id,
                 Field::Kind => &mut layout.kind,
                 Field::Session if self.mapping.session.is_none() => &mut layout.session,
@@ -267,7 +270,7 @@ impl Finder<'_> {
             return Err(self.fault("", problem, format!("at most {MAX_NAME}")));
         }
         // A column of ids applies to bodies without a name of their own.
-        if layout.bodies.iter().all(|body| body.id != "*") {
+        if !layout.bodies.is_empty() && layout.bodies.iter().all(|body| body.id != "*") {
             layout.id = table.id.as_ref().and(layout.id);
         }
         for body in &layout.bodies {

@@ -259,7 +259,7 @@ pub struct Mapping {
     /// Pattern of the id of the hand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<String>,
-    /// Kind of the objects whose id matches a pattern.
+    /// Kind of the objects whose id matches a pattern. Of several that match, an id counts first, then the longest.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub kinds: BTreeMap<String, String>,
     /// Patterns of columns and ids to leave out.
@@ -367,7 +367,8 @@ impl Mapping {
 
     /// Returns the kind that the mapping gives to an id.
     pub(super) fn kind(&self, id: &str) -> Option<&str> {
-        let fitting = self.kinds.iter().find(|(pattern, _)| Pattern::fits(pattern, id));
-        fitting.map(|(_, kind)| kind.as_str())
+        let fitting = self.kinds.iter().filter(|(pattern, _)| Pattern::fits(pattern, id));
+        let best = fitting.max_by_key(|(pattern, _)| (*pattern == id, pattern.len()));
+        best.map(|(_, kind)| kind.as_str())
     }
 }
