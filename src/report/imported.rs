@@ -49,7 +49,7 @@ pub fn import_page(imported: &Imported) -> String {
         "sessions": imported.sessions.iter().map(session).collect::<Vec<_>>(),
         "events": events, "objects": objects, "notes": notes, "rows": imported.rows,
     });
-    filled(PAGE, CODE, &data)
+    filled(PAGE, &[], &data, CODE)
 }
 
 /// Returns a number with as many digits as a curve shows.

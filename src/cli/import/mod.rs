@@ -46,25 +46,25 @@ pub(crate) struct ImportArgs {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ReadingArgs {
     /// Unit of positions: m, mm, cm or inch
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Length>)]
+    #[arg(long, value_name = "UNIT")]
     pub length: Option<Length>,
     /// Unit of time: s, ms, us or ns
-    #[arg(long, value_name = "UNIT", value_parser = choice::<TimeUnit>)]
+    #[arg(long, value_name = "UNIT")]
     pub time_unit: Option<TimeUnit>,
     /// Unit of angles: rad or deg
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Angle>)]
+    #[arg(long, value_name = "UNIT")]
     pub angle: Option<Angle>,
     /// Order of quaternions whose columns do not say it: xyzw or wxyz
-    #[arg(long, value_name = "ORDER", value_parser = choice::<QuaternionOrder>)]
+    #[arg(long, value_name = "ORDER")]
     pub quaternion: Option<QuaternionOrder>,
     /// Meaning of three numbers of a rotation: vector or euler
-    #[arg(long, value_name = "FORM", value_parser = choice::<Rotation>)]
+    #[arg(long, value_name = "FORM")]
     pub rotation: Option<Rotation>,
     /// Axis that points up: x, y, z, -x, -y or -z [default: z]
-    #[arg(long, value_name = "AXIS", value_parser = choice::<Up>)]
+    #[arg(long, value_name = "AXIS")]
     pub up: Option<Up>,
     /// Handedness of the axes: right or left [default: right]
-    #[arg(long, value_name = "HAND", value_parser = choice::<Handed>)]
+    #[arg(long, value_name = "HAND")]
     pub handed: Option<Handed>,
     /// Id of the robot's hand; * stands for any text
     #[arg(long, value_name = "ID")]
@@ -96,29 +96,6 @@ pub(crate) struct ReadingArgs {
     /// Column that says whether something is grasped
     #[arg(long, value_name = "COLUMN")]
     pub grasp: Option<String>,
-}
-
-/// A value with a name.
-trait Named: Copy + 'static {
-    const ALL: &[Self];
-    fn name(self) -> &'static str;
-}
-
-macro_rules! names {
-    ($($type:ty),*) => {
-        $(impl Named for $type {
-            const ALL: &[Self] = <$type>::ALL;
-            fn name(self) -> &'static str { self.name() }
-        })*
-    };
-}
-names!(Length, TimeUnit, Angle, QuaternionOrder, Rotation, Up, Handed);
-
-fn choice<T: Named>(typed: &str) -> Result<T, String> {
-    T::ALL.iter().copied().find(|value| value.name() == typed).ok_or_else(|| {
-        let names: Vec<&str> = T::ALL.iter().map(|value| value.name()).collect();
-        format!("expected one of {}", names.join(", "))
-    })
 }
 
 impl ReadingArgs {

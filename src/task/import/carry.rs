@@ -316,9 +316,7 @@ fn moved(part: &Part, found: &mut Carries, grips: &Grips, new: &mut Grips) {
                 > 0.5 * (m.to - m.from).min(first.to - first.from)
         };
         let group: Vec<(usize, Move)> = all.iter().filter(|(_, m)| common(m)).copied().collect();
-        all.retain(|(i, m)| {
-            *i != object && !common(m) || *i == object && *m != first && !common(m)
-        });
+        all.retain(|(_, m)| !common(m));
         let rides: Vec<Ride> =
             group.iter().filter_map(|(i, m)| ride(part, found, *i, m.from, m.to)).collect();
         note(part, &rides, new);

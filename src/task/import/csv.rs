@@ -2,7 +2,7 @@
 
 use super::layout::{Finder, Layout, Turn};
 use super::mapping::{Angle, TableMap, TimeUnit};
-use super::pattern::Pattern;
+use super::pattern::fits;
 use super::rows::{Row, Rows, is_missing, number};
 use super::streams::{Guess, Source, Streams};
 use crate::task::error::InputFault;
@@ -250,7 +250,7 @@ impl Streams {
         }
         let home = self.home(file)?;
         let referred = mapping.tables.iter().filter_map(|t| t.row_of.as_ref());
-        let referred = referred.into_iter().any(|pattern| Pattern::fits(pattern, name));
+        let referred = referred.into_iter().any(|pattern| fits(pattern, name));
         let rows = Rows { layout: &layout, text: &text, file, angle, source, referred, home };
         rows.read(bytes, self)
     }

@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::columns::kind_of;
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
-use super::pattern::Pattern;
+use super::pattern::fits;
 use super::sessions::{joined, scattered};
 use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::robot::Pose;
@@ -105,8 +105,7 @@ impl Clock<'_> {
         let own = &self.sources[source as usize];
         let Some(pattern) = &own.row_of else { return Ok(t * unit(source)) };
         let refused = |problem, expected| Err(fault(&own.file, "row_of", problem, expected));
-        let fits =
-            |(of, _): &&(u32, Vec<f64>)| Pattern::fits(pattern, self.sources[*of as usize].short());
+        let fits = |(of, _): &&(u32, Vec<f64>)| fits(pattern, self.sources[*of as usize].short());
         let Some((of, times)) = self.rows.iter().find(fits) else {
             let problem = format!("its session has no table `{pattern}`");
             return refused(problem, "the table to whose rows it refers");
@@ -139,7 +138,9 @@ impl Streams {
             (0..self.sources.len()).map(|index| self.time_unit(index)).collect();
         // The mapping says what is true of all tables; of the others it is guessed again.
         let clocks = self.sources.iter().zip(&times).filter(|(source, _)| source.row_of.is_none());
-        set_if_one(&mut self.mapping.time_unit, clocks.map(|(_, unit)| *unit));
+        if clocks.clone().any(|(source, _)| source.time.is_none()) {
+            set_if_one(&mut self.mapping.time_unit, clocks.map(|(_, unit)| *unit));
+        }
         set_if_one(&mut self.mapping.rotation, self.rotations.iter().copied());
         let up = self.mapping.up.unwrap_or(Up::Z);
         let handed = self.mapping.handed.unwrap_or(Handed::Right);

@@ -161,18 +161,13 @@ fn shifts(samples: &[Sample]) -> Motion {
         let earliest = run.checked_sub(1).map_or(f64::NEG_INFINITY, |before| ends(before).1);
         let latest = if run + 1 < runs.len() { ends(run + 1).0 } else { f64::INFINITY };
         // The places before and after, from samples a window away from the motion.
-        let before =
-            rest(between(samples, (from - 2.0).max(earliest + window), from - window), true);
-        let after = rest(
-            between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)),
-            false,
-        );
-        // The places are medians; they may be noise apart.
-        let counts = [
+        let sides = [
             between(samples, (from - 2.0).max(earliest + window), from - window),
             between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)),
         ];
-        let [few, many] = counts.map(|samples| samples.len().clamp(1, MOST) as f64);
+        let (before, after) = (rest(sides[0], true), rest(sides[1], false));
+        // The places are medians; they may be noise apart.
+        let [few, many] = sides.map(|samples| samples.len().clamp(1, MOST) as f64);
         let sure = 6.0 * 1.25 * found.noise * (1.0 / few + 1.0 / many).sqrt();
         let apart = before.zip(after).map(|(a, b)| distance(a, b) > sure.max(LEAST));
         let shifted = apart.unwrap_or(to - from > 2.0 * window);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use super::pattern::Pattern;
+use super::pattern::captured;
 use super::streams::{Part, Streams, Track};
 use crate::task::error::InputFault;
 
@@ -59,7 +59,7 @@ impl Streams {
             let session = session_of(name).to_owned();
             return Ok(Home { folder: folders.join("/"), session, part: String::new() });
         };
-        let found = Pattern::captured(pattern, name).unwrap_or_default();
+        let found = captured(pattern, name).unwrap_or_default();
         let value = |key: &str| found.iter().find(|(k, _)| k == key).map(|(_, v)| (*v).to_owned());
         let problem = "its name does not fit the pattern of `sessions` in the mapping";
         let session = value("session").ok_or_else(|| InputFault {
