@@ -92,6 +92,9 @@ impl Log {
     /// An object that rests has one pose from the moment it came to rest until it moves again: a robust mean of its
     /// samples there. An object that is not seen after its release has moved with the hand since it was last seen. What
     /// is not seen otherwise keeps its last pose.
+    ///
+    /// Costs a window of 0.2 s, of which at most 200 samples count, for each sample; about 0.1 ms for each motion; and,
+    /// for each contact and release, up to 1,000 samples of each object.
     pub fn import(self) -> Imported {
         let Self { sessions, guesses, mut dropped, unused, mapping, rows } = self;
         let (mut moments, mut seen, mut demos) = (Vec::new(), Vec::new(), Vec::new());
