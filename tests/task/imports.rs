@@ -500,6 +500,34 @@ fn a_number_of_the_row_named_id_is_no_object() {
     assert_eq!(kinds, ["cup", "thing"]);
 }
 
+#[test]
+fn names_in_a_comment_spaces_and_dates_are_told() {
+    // As trajectory tools write it: the names in a comment, spaces between numbers.
+    let spaced = |id: &str| {
+        let rows = cup(|t, own, [x, y, z]| match own == id {
+            true => format!(" {t:.2}  {x:.4} {y:.4}   {z:.4} 0 0 0 1\n"),
+            false => String::new(),
+        });
+        format!("# made by a camera\n# timestamp tx ty tz qx qy qz qw\n{rows}")
+    };
+    let found = import("", &[("cup_1.txt", &spaced("cup_1"))]).expect("imported");
+    near(ends(&found), CARRIED);
+    assert_eq!(&*found.moments[0].object, "cup_1");
+    let commented = format!("# time,id,x,y,z\n{}", cup(plain));
+    near(ends(&import("", &[("a.csv", &commented)]).expect("imported")), CARRIED);
+    // A comment with other fields gives no names.
+    let other = format!("# made by a camera\n{}", cup(plain));
+    let refused = import("", &[("a.csv", &other)]).expect_err("it is refused").to_string();
+    assert!(refused.contains("it has no row of names"), "{refused}");
+    let dates = "time,id,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| format!("2024-05-01T12:00:{t:05.2}Z,{id},{x},{y},{z}\n"));
+    let refused = import("", &[("a.csv", &dates)]).expect_err("it is refused").to_string();
+    assert!(
+        refused.contains("line 2, field `time`") && refused.contains("to_datetime"),
+        "{refused}"
+    );
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 

@@ -1,4 +1,4 @@
-//! Reads tables of text: comma, semicolon, tab or bar between fields, with or without comments.
+//! Reads tables of text: comma, semicolon, tab, bar or spaces between fields, with or without comments.
 
 use super::layout::{Finder, Layout, Turn};
 use super::mapping::{Angle, TableMap, TimeUnit};
@@ -58,23 +58,15 @@ impl Text {
             problem: problem.into(),
             expected: expected.into(),
         };
-        let first = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
-        let first = first.filter(|line| !line.is_empty() && line[0] != b'#').take(1).next();
-        let Some(first) = first else {
-            return Err(fault("it has no rows", "a header and rows"));
-        };
         let delimiter = match table.delimiter {
-            Some(c) if c.is_ascii() => c as u8,
-            Some(c) => {
-                return Err(fault(&format!("the delimiter is `{c}`"), "one of , ; | and a tab"));
+            Some(c) if !c.is_ascii() => {
+                let expected = "one of , ; | and a tab or space";
+                return Err(fault(&format!("the delimiter is `{c}`"), expected));
             }
-            None => {
-                let count = |d: &u8| first.iter().filter(|b| *b == d).count();
-                [b',', b';', b'\t', b'|']
-                    .into_iter()
-                    .max_by_key(|d| (count(d), *d == b','))
-                    .unwrap_or(b',')
-            }
+            _ => delimiter(bytes, table),
+        };
+        let (comment, Some(_)) = first(bytes) else {
+            return Err(fault("it has no rows", "a header and rows"));
         };
         let mut looked: Vec<ByteRecord> = Vec::new();
         for record in reader(bytes, delimiter).into_byte_records().take(LOOK) {
@@ -111,7 +103,10 @@ impl Text {
                 .count()
                 .min(if looked.len() > 1 { 3 } else { 1 }),
         };
-        if rows == 0 || rows > looked.len() {
+        // The names may stand in the last comment before the rows.
+        let names = reader(comment, delimiter).into_byte_records().next().and_then(Result::ok);
+        let names = names.filter(|names| rows == 0 && names.len() == looked[0].len());
+        if rows == 0 && names.is_none() || rows > looked.len() {
             return Err(fault("it has no row of names", "names of the columns in the first row"));
         }
         if rows > 1 && table.header_rows.is_none() {
@@ -123,12 +118,22 @@ impl Text {
                 file: file.into(),
             });
         }
-        let columns = looked[..rows].iter().map(ByteRecord::len).max().unwrap_or_default();
+        if names.is_some() {
+            let reason = "the rows have no names; the comment before them has as many fields";
+            guesses.push(Guess {
+                what: "header_rows".into(),
+                value: "0".into(),
+                reason: reason.into(),
+                file: file.into(),
+            });
+        }
+        let titles = || looked[..rows].iter().chain(&names);
+        let columns = titles().map(ByteRecord::len).max().unwrap_or_default();
         if columns > MOST_COLUMNS {
             return Err(fault(&format!("it has {columns} columns"), "at most 10,000"));
         }
         let mut header = vec![String::new(); columns];
-        for record in &looked[..rows] {
+        for record in titles() {
             for (name, cell) in header.iter_mut().zip(record) {
                 let cell = String::from_utf8_lossy(cell);
                 if !name.is_empty() && !cell.is_empty() {
@@ -137,10 +142,48 @@ impl Text {
                 name.push_str(&cell);
             }
         }
-        let line = looked[rows - 1].position().map_or(1, |p| p.line() as usize);
+        let last = rows.checked_sub(1).and_then(|last| looked[last].position());
+        let line = last.map_or(1, |position| position.line() as usize);
         let counts = (0..columns).map(|column| counts(&looked[rows..], column)).collect();
         Ok(Self { delimiter, comma, header, counts, rows, line })
     }
+}
+
+/// Returns the last comment before the first row, and that row.
+fn first(bytes: &[u8]) -> (&[u8], Option<&[u8]>) {
+    let mut comment: &[u8] = b"";
+    for line in bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii) {
+        match line.split_first() {
+            None => {}
+            Some((b'#', text)) => comment = text.trim_ascii(),
+            Some(_) => return (comment, Some(line)),
+        }
+    }
+    (comment, None)
+}
+
+/// Returns the character between fields: that of the mapping, or the most frequent of the first row.
+fn delimiter(bytes: &[u8], table: &TableMap) -> u8 {
+    if let Some(c) = table.delimiter.filter(char::is_ascii) {
+        return c as u8;
+    }
+    let first = first(bytes).1.unwrap_or_default();
+    let count = |d: u8| first.iter().filter(|b| **b == d).count();
+    let most = [b',', b';', b'\t', b'|'].into_iter().max_by_key(|d| (count(*d), *d == b','));
+    // Words of a name stand between other delimiters.
+    most.filter(|most| count(*most) > 0 || count(b' ') == 0).unwrap_or(b' ')
+}
+
+/// Returns a text with one space between the words of each line.
+fn single_spaced(bytes: &[u8]) -> Vec<u8> {
+    let mut text = Vec::with_capacity(bytes.len());
+    for line in bytes.split(|b| *b == b'\n') {
+        let words: Vec<&[u8]> =
+            line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
+        text.extend(words.join(&b' '));
+        text.push(b'\n');
+    }
+    text
 }
 
 /// Returns whether a column has one more on each row, for at least 20 rows.
@@ -190,6 +233,8 @@ impl Streams {
         let unmapped = TableMap::default();
         let table = mapping.table(name).unwrap_or(&unmapped);
         let mut guesses = Vec::new();
+        let spaced = (delimiter(bytes, table) == b' ').then(|| single_spaced(bytes));
+        let bytes = spaced.as_deref().unwrap_or(bytes);
         let text = Text::of(bytes, file, table, &mut guesses)?;
         let header = &*text.header;
         let (line, guesses_of) = (text.line, &mut guesses);

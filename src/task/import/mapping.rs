@@ -183,7 +183,7 @@ pub struct TableMap {
     /// Number of rows of the header; names of several rows are joined by a dot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub header_rows: Option<usize>,
-    /// Character between fields: `,`, `;`, a tab or `|`.
+    /// Character between fields: `,`, `;`, a tab, `|` or a space, which stands for several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<char>,
     /// Column of time.

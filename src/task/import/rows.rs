@@ -297,14 +297,25 @@ impl Rows<'_> {
     }
 
     fn time(&self, record: &ByteRecord, row: &Row<'_>) -> Result<Option<f64>, InputFault> {
+        // A date is no number.
+        let number = |column| {
+            number(record, column, self.text.comma, row).map_err(|fault| {
+                let expected = "a number; a date has to be converted first, such as with \
+                                `pandas.to_datetime(t).astype('int64')`, which gives nanoseconds";
+                match fault.problem.contains(':') {
+                    true => InputFault { expected: expected.into(), ..fault },
+                    false => fault,
+                }
+            })
+        };
         match &*self.layout.time {
-            [] => number(record, 0, self.text.comma, row),
-            [(column, _)] => number(record, *column, self.text.comma, row),
+            [] => number(0),
+            [(column, _)] => number(*column),
             several => {
                 let mut sum = 0.0;
                 for (column, unit) in several {
                     let scale = unit.map_or(1.0, TimeUnit::seconds);
-                    match number(record, *column, self.text.comma, row)? {
+                    match number(*column)? {
                         Some(value) if *unit == Some(TimeUnit::Nanosecond) && value >= 1e9 => {
                             let problem = format!("it is {value}, beside another column of time");
                             let expected = "nanoseconds of less than a second, or --time COLUMN";

@@ -67,8 +67,8 @@ fn stretches(flags: &[(f64, bool)]) -> impl Iterator<Item = (f64, f64)> {
     // A glitch is one sample of many; a log of changes alone has one for each stretch.
     let changes = flags.windows(2).all(|two| two[0].1 != two[1].1);
     let single = |from: f64, to: f64| {
-        let inside = flags[flags.partition_point(|(t, _)| *t < from)..].iter();
-        inside.take_while(|(t, _)| *t <= to).filter(|(_, set)| *set).take(2).count() < 2
+        let later = flags[flags.partition_point(|(t, _)| *t <= from)..].iter();
+        !later.take_while(|(t, _)| *t <= to).any(|(_, set)| *set)
     };
     found.retain(|(from, to)| to - from >= FLICKER && (changes || !single(*from, *to)));
     found.into_iter()
