@@ -301,7 +301,7 @@ impl Rows<'_> {
         let number = |column| {
             number(record, column, self.text.comma, row).map_err(|fault| {
                 let expected = "a number; a date has to be converted first, such as with \
-                                `pandas.to_datetime(t).astype('int64')`, which gives nanoseconds";
+                                `pandas.to_datetime(t).astype('int64')`";
                 match fault.problem.contains(':') {
                     true => InputFault { expected: expected.into(), ..fault },
                     false => fault,
