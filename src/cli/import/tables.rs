@@ -30,7 +30,10 @@ pub(super) fn text(imported: &Imported) -> String {
     let mut text = String::new();
     let sessions = &imported.sessions;
     let mut grid = Grid::new(&["session", ">parts", ">seconds", ">objects", "hand", ">events"]);
-    for (index, session) in sessions.iter().enumerate() {
+    let mut counts = vec![(0usize, 0usize); sessions.len()];
+    imported.seen.iter().for_each(|seen| counts[seen.session].0 += 1);
+    imported.moments.iter().for_each(|moment| counts[moment.session].1 += 1);
+    for (session, (objects, events)) in sessions.iter().zip(counts) {
         let spans = session.parts.iter().filter_map(|part| part.span());
         let seconds: f64 = spans.map(|(from, to)| to - from).sum();
         let hand = session.parts.iter().any(|part| part.hand.is_some());
@@ -38,9 +41,9 @@ pub(super) fn text(imported: &Imported) -> String {
             plain(&session.name),
             session.parts.len().to_string(),
             format!("{seconds:.1}"),
-            imported.seen.iter().filter(|seen| seen.session == index).count().to_string(),
+            objects.to_string(),
             if hand { "seen".into() } else { "not seen".into() },
-            imported.moments.iter().filter(|m| m.session == index).count().to_string(),
+            events.to_string(),
         ]);
     }
     section(
@@ -73,9 +76,12 @@ pub(super) fn text(imported: &Imported) -> String {
             let with: Vec<String> = moment.with.iter().map(|id| plain(id)).collect();
             evidence = format!("{evidence}; with {}", with.join(", "));
         }
-        if moment.samples == 0 {
-            evidence += "; pose from the hand's motion";
-        }
+        let hand = sessions[moment.session].parts[moment.part].hand.is_some();
+        evidence += match (moment.samples, moment.event) {
+            (1.., _) => "",
+            (0, SnapshotEvent::Release) if hand => "; pose from the hand's motion",
+            _ => "; not seen then, pose from another time",
+        };
         grid.row([
             plain(&sessions[moment.session].name),
             format!("{:.2}", moment.t),

@@ -33,13 +33,14 @@ mod moments;
 mod motion;
 mod pattern;
 mod rows;
+mod sessions;
 mod signals;
 mod streams;
 
 pub use finish::{Log, Session};
 pub use mapping::{
     Angle, FORMAT, Handed, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap,
-    TimeUnit, Up, VERSION,
+    TimeUnit, UnknownName, Up, VERSION,
 };
 pub use moments::{Imported, Moment, Seen};
 pub use pattern::fits;
