@@ -1,7 +1,7 @@
 //! Doubts about units: lengths, times, norms and angles.
 
 use super::view::{Demo, View, middle};
-use super::{Doubt, DoubtKind, PoseTrack};
+use super::{Doubt, DoubtKind, Found, PoseTrack};
 
 /// Largest extent of a scene, in metres. A hand reaches about 2 m to each side, and rails or a second arm add a little.
 const WIDEST_M: f64 = 5.0;
@@ -182,8 +182,7 @@ fn clock(place: String, step: f64, usual: f64, what: &str) -> Doubt {
 }
 
 /// Doubts about the times of snapshots. Speeds count only if lengths are `metric`.
-pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
-    let mut all = Vec::new();
+pub(super) fn times(view: &View<'_>, metric: bool, found: &mut Found) {
     let step = |demo: &Demo<'_>| {
         let pairs = demo.times_s.windows(2).filter_map(|p| Some(p[1]? - p[0]?));
         let mut steps: Vec<f64> = pairs.filter(|step| *step > 0.0).collect();
@@ -193,14 +192,14 @@ pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
     let mut known: Vec<f64> = steps.iter().copied().flatten().collect();
     let usual = middle(&mut known);
     if usual > LONGEST_STEP_S {
-        all.push(clock(String::new(), usual, USUAL_STEP_S, "snapshots"));
+        found.extend([clock(String::new(), usual, USUAL_STEP_S, "snapshots")]);
     } else if known.len() > 1 {
         for (demo, step) in view.demos.iter().zip(&steps) {
             let Some(step) = step.filter(|s| *s > LONGEST_STEP_S && *s > 100.0 * usual) else {
                 continue;
             };
             let place = format!("demonstration {}", demo.number);
-            all.push(clock(place, step, usual, "its snapshots"));
+            found.extend([clock(place, step, usual, "its snapshots")]);
         }
     }
     let mut speeds: Vec<f64> = Vec::new();
@@ -221,26 +220,22 @@ pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
             if now > before {
                 continue;
             }
-            all.push(
+            found.push(DoubtKind::DuplicateTime, || {
                 Doubt::new(
                     DoubtKind::DuplicateTime,
                     format!("demonstration {}, snapshot {s}", demo.number),
                     format!("its time of {now} s is that of the snapshot before it"),
                 )
                 .reading("one of the two is recorded twice, or the clock stood")
-                .ask("leave the repeated line out, or record with a finer clock"),
-            );
+                .ask("leave the repeated line out, or record with a finer clock")
+            });
         }
     }
     let speed = middle(&mut speeds);
     if metric && speed > FASTEST_M_S {
-        all.push(Doubt::new(
-            DoubtKind::TimeUnit,
-            "",
-            format!("objects are carried at {speed:.0} m/s"),
-        ));
+        let seen = format!("objects are carried at {speed:.0} m/s");
+        found.extend([Doubt::new(DoubtKind::TimeUnit, "", seen)]);
     }
-    all
 }
 
 /// Doubts that only tracks can have: norms, angles, and times as a log has them.

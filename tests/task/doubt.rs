@@ -297,6 +297,24 @@ fn escape_codes_in_ids_do_not_reach_the_terminal() {
     assert!(!found.is_empty() && !found[0].to_string().contains('\u{1b}'), "{found:?}");
 }
 
+#[test]
+fn objects_that_are_all_at_zero_are_counted_and_not_all_put_into_words() {
+    let mut recording = good("tower", 1);
+    for demo in &mut recording.demos {
+        demo.snapshots.truncate(1);
+        let snapshot = &mut demo.snapshots[0];
+        let part = ObjectPose { pose: Pose::at([0.0; 3]), ..snapshot.objects[0].clone() };
+        let named = |i: usize| ObjectPose { id: format!("p{i}").into(), ..part.clone() };
+        snapshot.objects = (0..600).map(named).collect();
+    }
+    let found = doubts(&recording);
+    let same: Vec<_> = found.iter().filter(|d| d.kind == DoubtKind::SamePlace).collect();
+    assert_eq!(same.len(), 5, "{found:?}");
+    let more = 5 * 600 * 599 / 2 - 5;
+    assert!(same[4].seen.ends_with(&format!("and there are {more} more such")), "{}", same[4]);
+    assert!(!same[3].seen.contains("more such"), "{}", same[3]);
+}
+
 /// A track of 400 poses at 30 Hz, of an object that is carried once.
 fn track(scale: f64, per_s: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
     let carried = |i: usize| ((i as f64 - 150.0) / 100.0).clamp(0.0, 1.0);
