@@ -1,7 +1,5 @@
 //! Doubts about the frame of reference: which axis points up, whether it is upright, and whether it stands still.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::turns::reordered;
@@ -22,7 +20,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Returns the axis along which the resting heights of each kind agree; `None` if the poses do not tell.
 pub(super) fn level(view: &View<'_>) -> Option<usize> {
     let mut votes = [0; 3];
-    for seen in view.starts_by_kind().values().filter(|seen| seen.len() >= 3) {
+    for seen in view.starts_by_kind.values().filter(|seen| seen.len() >= 3) {
         let over = |axis: usize| spread(seen.iter().map(|(_, s)| s.at[axis]));
         for (axis, vote) in votes.iter_mut().enumerate() {
             let others = (0..3).filter(|a| *a != axis).all(|a| over(a) > WIDE_M);
@@ -39,7 +37,7 @@ pub(super) fn level(view: &View<'_>) -> Option<usize> {
 /// Share of the kinds whose z axis points along a direction when objects of the kind begin to rest.
 pub(super) fn along(view: &View<'_>, up: Vector3<f64>) -> f64 {
     let near = (0.1 + 3.0 * view.noise_rad).min(0.5).cos();
-    let kinds = view.starts_by_kind();
+    let kinds = &view.starts_by_kind;
     let points = |seen: &&Vec<(usize, Seen)>| {
         let own = seen.iter().filter(|(_, s)| (s.turn * Vector3::z()).dot(&up) > near);
         2 * own.count() > seen.len()
@@ -195,10 +193,9 @@ fn common_axis(view: &View<'_>) -> Option<Vector3<f64>> {
 
 /// Returns the normal of parallel planes, one a kind, on which objects begin.
 pub(super) fn plane(view: &View<'_>) -> Option<Vector3<f64>> {
-    let kinds: BTreeMap<&str, Vec<(usize, Seen)>> = view.starts_by_kind();
     let mut pooled = Matrix3::zeros();
     let mut freedom = 0usize;
-    for seen in kinds.values().filter(|seen| seen.len() >= 3) {
+    for seen in view.starts_by_kind.values().filter(|seen| seen.len() >= 3) {
         let mean = seen.iter().map(|(_, s)| s.at).sum::<Vector3<f64>>() / seen.len() as f64;
         for (_, s) in seen {
             pooled += (s.at - mean) * (s.at - mean).transpose();

@@ -84,7 +84,8 @@ pub struct PoseTrack<'a> {
 const MOST_OF_A_KIND: usize = 5;
 
 /// Returns what is doubtful in a recording. The cost grows with the number of poses, and with the square of the number of
-/// objects in a snapshot.
+/// objects in a snapshot. At least the first 30 demonstrations are compared with all others, and the first 200 where together
+/// they begin with up to 15,000 objects.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -133,7 +134,7 @@ fn examine(view: &View<'_>, found: &mut Found) {
         }
         if !found.has(DoubtKind::MovingCamera) {
             moves::moves(view, found);
-            found.extend(compare::demonstrations(view));
+            compare::demonstrations(view, found);
         }
     }
     let metric = !found.has(DoubtKind::LengthUnit);
@@ -185,6 +186,17 @@ impl Found {
 
     fn extend(&mut self, doubts: impl IntoIterator<Item = Doubt>) {
         doubts.into_iter().for_each(|doubt| self.push(doubt.kind, || doubt));
+    }
+
+    fn count(&self) -> usize {
+        self.kept.len() + self.more.values().sum::<usize>()
+    }
+
+    fn take(&mut self, other: Self) {
+        self.extend(other.kept);
+        for (kind, more) in other.more {
+            *self.more.entry(kind).or_default() += more;
+        }
     }
 
     /// Returns the doubts. The last of a kind says how many more there are.

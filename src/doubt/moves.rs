@@ -282,8 +282,9 @@ fn strange(view: &View<'_>, (d, own, snapshot): (usize, usize, usize), at: Vecto
             all.extend(object.seen[..until].iter().flatten().map(|s| s.at));
         }
     }
-    let wide = (0..3).map(|i| spread(all.iter().map(|p| p[i]))).fold(0.0, f64::max);
-    all.len() >= 20 && beyond(&all, at) > 0.05 + 0.5 * wide
+    let far = beyond(&all, at);
+    let wide = || (0..3).map(|i| spread(all.iter().map(|p| p[i]))).fold(0.0, f64::max);
+    all.len() >= 20 && far > 0.05 && far > 0.05 + 0.5 * wide()
 }
 
 /// How far a position is from the box around others, in metres.

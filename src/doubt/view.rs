@@ -53,6 +53,8 @@ pub(super) struct View<'a> {
     pub events: bool,
     /// Whether it is made of tracks.
     pub tracks: bool,
+    /// The poses at the start, by kind, each with the index of its demonstration.
+    pub starts_by_kind: BTreeMap<&'a str, Vec<(usize, Seen)>>,
     /// Standard deviation of the coordinates of objects that rest, in metres.
     pub noise_m: f64,
     /// Standard deviation of the angle of objects that rest, in radians.
@@ -205,7 +207,14 @@ impl<'a> View<'a> {
         // More than the limits is no noise of a pose: everything moves.
         let noise_m = (middle(&mut steps) / 2.2).min(NOISIEST_M);
         let noise_rad = (middle(&mut turns) / 2.2).min(NOISIEST_RAD);
-        Self { demos, events, tracks, noise_m, noise_rad }
+        let mut view =
+            Self { demos, events, tracks, starts_by_kind: BTreeMap::new(), noise_m, noise_rad };
+        let mut kinds: BTreeMap<&str, Vec<(usize, Seen)>> = BTreeMap::new();
+        for (d, object, seen) in view.starts() {
+            kinds.entry(object.kind).or_default().push((d, seen));
+        }
+        view.starts_by_kind = kinds;
+        view
     }
 
     /// Distance within which two poses are the same, in metres.
@@ -225,15 +234,6 @@ impl<'a> View<'a> {
             demo.objects.iter().filter_map(move |o| Some((d, o, (*o.seen.first()?)?)))
         })
     }
-
-    /// The poses at the start, by kind.
-    pub fn starts_by_kind(&self) -> BTreeMap<&'a str, Vec<(usize, Seen)>> {
-        let mut kinds: BTreeMap<&str, Vec<(usize, Seen)>> = BTreeMap::new();
-        for (d, object, seen) in self.starts() {
-            kinds.entry(object.kind).or_default().push((d, seen));
-        }
-        kinds
-    }
 }
 
 /// The median; 0 of nothing.
@@ -245,8 +245,10 @@ pub(super) fn middle(values: &mut [f64]) -> f64 {
 /// The difference of the ninth and the first decile: a spread that a few strangers do not change.
 pub(super) fn spread(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1);
-    let at = |share: f64| values.get((share * last as f64).round() as usize).copied();
-    at(0.9).zip(at(0.1)).map_or(0.0, |(high, low)| high - low)
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
+    let mut at = |share: f64| {
+        let index = (share * last as f64).round() as usize;
+        *values.select_nth_unstable_by(index, f64::total_cmp).1
+    };
+    at(0.9) - at(0.1)
 }
