@@ -100,7 +100,10 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     let lowered = high < 5e-3 && low < -5e-3;
     let (above, below) = stacked(view);
     let sinks = below >= 2 && below > 2 * above;
-    let hangs = along(view, -Vector3::z()) > 0.69 && along(view, Vector3::z()) == 0.0;
+    // What is put onto other things rests on them: only z upwards shows that, wherever the table stands.
+    let rests = above >= 2 && above > 2 * below;
+    let stands = along(view, Vector3::z());
+    let hangs = along(view, -Vector3::z()) > 0.69 && stands == 0.0;
     // Most objects begin on the table, which is the lowest plane, and not the highest.
     let top = heights.iter().filter(|h| high - **h < 0.25 * (high - low)).count();
     let ceiling = high - low > 0.01 && 10 * top > 6 * heights.len();
@@ -108,7 +111,10 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     let floor = high - low > 0.01 && 10 * floor > 6 * heights.len();
     // A table at 0 with everything below it.
     let under = high > -0.06 && !floor;
-    if lowered && (sinks || hangs || ceiling || under) || hangs && !floor && !reordered(view) {
+    // Where things stand upright, their heights alone do not tell.
+    let heights = stands <= 0.69 && (hangs || ceiling || under);
+    let down = lowered && (sinks || heights) || hangs && !floor && !reordered(view);
+    if down && !rests {
         let seen = if lowered {
             format!("z is {low:.3} to {high:.3} m at the start: nothing is above 0")
         } else {

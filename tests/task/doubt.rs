@@ -280,6 +280,23 @@ fn doubts_name_the_unit_and_how_to_ask_for_it() {
 }
 
 #[test]
+fn a_table_below_the_base_of_the_robot_is_not_upside_down() {
+    for world in ["tower", "nuts", "table", "flange"] {
+        let mut recording = good(world, 1);
+        let starts = recording.demos.iter().flat_map(|d| &d.snapshots[0].objects);
+        let top = starts.map(|o| o.pose.position[2]).fold(f64::MIN, f64::max);
+        for below in [0.01, 0.2] {
+            let mut lowered = recording.clone();
+            change(&mut lowered, false, |o| o.pose.position[2] -= top + below);
+            assert_eq!(doubts(&lowered), [], "{world}, {below}");
+        }
+        change(&mut recording, false, |o| o.pose.position[2] = -0.1 - o.pose.position[2]);
+        let down = kinds(&recording).contains(&DoubtKind::UpsideDown);
+        assert!(down || world == "table", "{world}");
+    }
+}
+
+#[test]
 fn a_frame_with_y_up_is_no_mistake() {
     let up = Turn::from_scaled_axis(-Vector3::x() * std::f64::consts::FRAC_PI_2);
     let mut recording = good("tower", 1);
