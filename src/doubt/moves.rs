@@ -16,10 +16,6 @@ const MOST_LOOSE: usize = 100;
 /// Turn beyond which an object was turned on purpose, in radians.
 const TURNED_RAD: f64 = 0.5;
 
-fn at(demo: &Demo<'_>, snapshot: usize) -> String {
-    format!("demonstration {}, snapshot {snapshot}", demo.number)
-}
-
 /// How far an object moved from a snapshot to another, in metres.
 fn moved(object: &Object<'_>, from: usize, to: usize) -> Option<f64> {
     Some((object.since(to)?.at - object.by(from)?.at).norm())
@@ -87,7 +83,7 @@ fn swaps<'a>(view: &View<'a>, found: &mut Found) -> Vec<Swap<'a>> {
                         found.push(DoubtKind::SwappedIds, || {
                             Doubt::new(
                                 DoubtKind::SwappedIds,
-                                at(demo, s),
+                                demo.place(s),
                                 format!(
                                     "`{}` is where `{}` was, which is elsewhere now",
                                     one.id, other.id
@@ -150,7 +146,7 @@ fn labels(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
             wrong.push(Wrong {
                 doubt: Doubt::new(
                     DoubtKind::WrongObject,
-                    at(demo, hold.from),
+                    demo.place(hold.from),
                     format!(
                         "`object` is `{}`, which moved by {:.1} mm, while `{}` moved by {:.0} mm",
                         named.id,
@@ -213,7 +209,7 @@ fn jumps(view: &View<'_>, swapped: &[Swap<'_>], found: &mut Found) {
                 let mut doubt = |what: &str, then: &str| {
                     found.push(DoubtKind::Jump, || {
                         let seen = format!("`{}`{what} {:.0} mm {then}", object.id, far * 1e3);
-                        Doubt::new(DoubtKind::Jump, at(demo, s), seen).ask(format!(
+                        Doubt::new(DoubtKind::Jump, demo.place(s), seen).ask(format!(
                             "leave `{}` out of the snapshots in which it is elsewhere",
                             object.id
                         ))
@@ -308,7 +304,7 @@ fn repeats(view: &View<'_>, found: &mut Found) {
             if again && !timed && demo.objects.iter().all(same) {
                 found.push(DoubtKind::DuplicateTime, || {
                     let seen = "it repeats the snapshot before it, event and all";
-                    Doubt::new(DoubtKind::DuplicateTime, at(demo, s), seen)
+                    Doubt::new(DoubtKind::DuplicateTime, demo.place(s), seen)
                 });
             }
         }
@@ -353,7 +349,7 @@ fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
         if after >= 2 {
             all.push(Doubt::new(
                 DoubtKind::Frozen,
-                at(demo, from),
+                demo.place(from),
                 format!("no pose changes any more, through {after} grasps"),
             ));
         }
@@ -405,7 +401,7 @@ fn inside(view: &View<'_>, found: &mut Found) {
                     found.push(DoubtKind::SamePlace, || {
                         let [one, other] = [one.id, other.id];
                         let seen = format!("`{other}` and `{one}` are {:.1} mm apart", far * 1e3);
-                        Doubt::new(DoubtKind::SamePlace, at(demo, 0), seen)
+                        Doubt::new(DoubtKind::SamePlace, demo.place(0), seen)
                             .ask(format!("leave `{one}` out"))
                     });
                 }

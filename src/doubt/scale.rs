@@ -223,7 +223,7 @@ pub(super) fn times(view: &View<'_>, metric: bool, found: &mut Found) {
             found.push(DoubtKind::DuplicateTime, || {
                 Doubt::new(
                     DoubtKind::DuplicateTime,
-                    format!("demonstration {}, snapshot {s}", demo.number),
+                    demo.place(s),
                     format!("its time of {now} s is that of the snapshot before it"),
                 )
                 .reading("one of the two is recorded twice, or the clock stood")

@@ -26,6 +26,8 @@ pub(super) struct Object<'a> {
 /// A demonstration.
 pub(super) struct Demo<'a> {
     pub number: u64,
+    /// Number of each snapshot, as recorded.
+    pub numbers: Vec<u64>,
     pub times_s: Vec<Option<f64>>,
     pub events: Vec<Option<SnapshotEvent>>,
     pub objects: Vec<Object<'a>>,
@@ -127,6 +129,7 @@ impl<'a> Demo<'a> {
         }
         Self {
             number: demo.number,
+            numbers: demo.snapshots.iter().map(|s| s.number).collect(),
             times_s: demo.snapshots.iter().map(|s| s.time_s).collect(),
             events: demo.snapshots.iter().map(|s| s.event).collect(),
             objects,
@@ -136,6 +139,11 @@ impl<'a> Demo<'a> {
 
     pub fn len(&self) -> usize {
         self.times_s.len()
+    }
+
+    /// Returns the place of a snapshot in words.
+    pub fn place(&self, snapshot: usize) -> String {
+        format!("demonstration {}, snapshot {}", self.number, self.numbers[snapshot])
     }
 
     /// Returns whether the hand holds something between a snapshot and the next.
@@ -184,6 +192,7 @@ impl<'a> View<'a> {
             };
             Some(Demo {
                 number,
+                numbers: (0..MOMENTS as u64).collect(),
                 times_s: vec![None; MOMENTS],
                 events: vec![None; MOMENTS],
                 objects: tracks.iter().map(object).collect(),

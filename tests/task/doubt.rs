@@ -280,6 +280,22 @@ fn doubts_name_the_unit_and_how_to_ask_for_it() {
 }
 
 #[test]
+fn warnings_give_the_numbers_of_snapshots_that_the_file_has() {
+    let mut recording = good("tower", 1);
+    let (at, object) = contact(&recording.demos[2]);
+    for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
+        snapshot.number = 10 * snapshot.number + 7;
+    }
+    recording.demos[2].snapshots[at].objects[(object + 1) % 3].pose.position[0] += 0.4;
+    let number = recording.demos[2].snapshots[at].number;
+    assert_eq!(doubts(&recording)[0].place, format!("demonstration 2, snapshot {number}"));
+    recording.demos[2].snapshots[at].time_s = recording.demos[2].snapshots[at - 1].time_s;
+    let found = doubts(&recording);
+    let twice = found.iter().find(|d| d.kind == DoubtKind::DuplicateTime).unwrap();
+    assert_eq!(twice.place, format!("demonstration 2, snapshot {number}"));
+}
+
+#[test]
 fn a_table_below_the_base_of_the_robot_is_not_upside_down() {
     for world in ["tower", "nuts", "table", "flange"] {
         let mut recording = good(world, 1);
