@@ -162,8 +162,11 @@ fn boxes<'a>(all: &Summary<'_, 'a>, demo: usize) -> BTreeMap<&'a str, Region> {
         });
         let share = if count < 2 * MANY { 1.0 } else { 0.5 };
         let wide = |i: usize| share * (high[i] - low[i]) + 0.01;
-        let region =
-            Region { low: [0, 1].map(|i| low[i] - wide(i)), high: [0, 1].map(|i| high[i] + wide(i)), now };
+        let region = Region {
+            low: [0, 1].map(|i| low[i] - wide(i)),
+            high: [0, 1].map(|i| high[i] + wide(i)),
+            now,
+        };
         Some((*kind, region))
     });
     kinds.collect()
@@ -383,13 +386,7 @@ struct Told<'h, 'a> {
 }
 
 /// Objects of two kinds that are where the other kind is in the other demonstrations.
-fn swapped(
-    all: &Summary<'_, '_>,
-    d: usize,
-    heights: &Heights<'_>,
-    place: &str,
-    found: &mut Found,
-) {
+fn swapped(all: &Summary<'_, '_>, d: usize, heights: &Heights<'_>, place: &str, found: &mut Found) {
     let near = FIXED_M + 6.0 * all.view.noise_m;
     let differ = ELSEWHERE_M.max(2.0 * near);
     let kinds: BTreeSet<&str> = heights.keys().chain(all.ends.keys()).copied().collect();
@@ -420,7 +417,8 @@ fn swapped(
         for other in told[i + 1..].iter().filter(|other| exchanged(one, other)) {
             found.push(DoubtKind::SwappedIds, || {
                 let (a, b) = (one.kind, other.kind);
-                let seen = format!("`{a}` and `{b}` are where the other is in the other demonstrations");
+                let seen =
+                    format!("`{a}` and `{b}` are where the other is in the other demonstrations");
                 Doubt::new(DoubtKind::SwappedIds, place, seen)
                     .ask(format!("exchange `{a}` and `{b}` in this demonstration, or leave it out"))
             });

@@ -299,9 +299,10 @@ fn repeats(view: &View<'_>, found: &mut Found) {
         for s in 1..demo.len() {
             let same = |o: &Object<'_>| o.seen[s] == o.seen[s - 1];
             let event = demo.events[s];
-            let timed = demo.times_s[s].is_some() && demo.times_s[s] == demo.times_s[s - 1];
-            let again = event.is_some() && event == demo.events[s - 1];
-            if again && !timed && demo.objects.iter().all(same) {
+            // Equal times are told of by themselves, and unequal ones are of two moments.
+            let timed = demo.times_s[s].is_some() && demo.times_s[s - 1].is_some();
+            let again = event == demo.events[s - 1] && demo.named[s] == demo.named[s - 1];
+            if event.is_some() && again && !timed && demo.objects.iter().all(same) {
                 found.push(DoubtKind::DuplicateTime, || {
                     let seen = "it repeats the snapshot before it, event and all";
                     Doubt::new(DoubtKind::DuplicateTime, demo.place(s), seen)

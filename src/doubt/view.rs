@@ -30,6 +30,8 @@ pub(super) struct Demo<'a> {
     pub numbers: Vec<u64>,
     pub times_s: Vec<Option<f64>>,
     pub events: Vec<Option<SnapshotEvent>>,
+    /// Index of the named object of each snapshot, if any.
+    pub named: Vec<Option<usize>>,
     pub objects: Vec<Object<'a>>,
     /// The holds, in order.
     pub holds: Vec<Hold>,
@@ -115,14 +117,22 @@ impl<'a> Demo<'a> {
             let snapshot = &demo.snapshots[s];
             known.get(&*snapshot.objects.get(snapshot.object?)?.id).copied()
         };
+        let named: Vec<Option<usize>> = (0..count).map(named).collect();
         let mut holds = Vec::new();
-        let mut open: Option<(Option<usize>, usize)> = None;
+        // Two hands hold two things at a time, if each is named.
+        let mut open: Vec<(Option<usize>, usize)> = Vec::new();
         for (s, snapshot) in demo.snapshots.iter().enumerate() {
-            match (snapshot.event, open) {
-                (Some(SnapshotEvent::Contact), _) => open = Some((named(s), s)),
-                (Some(SnapshotEvent::Release), Some((object, from))) => {
+            let own = named[s];
+            match snapshot.event {
+                Some(SnapshotEvent::Contact) => {
+                    open.retain(|(held, _)| own.is_some() && held.is_some() && *held != own);
+                    open.push((own, s));
+                }
+                Some(SnapshotEvent::Release) => {
+                    let of = open.iter().rposition(|(held, _)| own.is_some() && *held == own);
+                    let Some(index) = of.or(open.len().checked_sub(1)) else { continue };
+                    let (object, from) = open.remove(index);
                     holds.push(Hold { object, from, released: s, to: (s + 1).min(count - 1) });
-                    open = None;
                 }
                 _ => {}
             }
@@ -132,6 +142,7 @@ impl<'a> Demo<'a> {
             numbers: demo.snapshots.iter().map(|s| s.number).collect(),
             times_s: demo.snapshots.iter().map(|s| s.time_s).collect(),
             events: demo.snapshots.iter().map(|s| s.event).collect(),
+            named,
             objects,
             holds,
         }
@@ -195,6 +206,7 @@ impl<'a> View<'a> {
                 numbers: (0..MOMENTS as u64).collect(),
                 times_s: vec![None; MOMENTS],
                 events: vec![None; MOMENTS],
+                named: vec![None; MOMENTS],
                 objects: tracks.iter().map(object).collect(),
                 holds: Vec::new(),
             })

@@ -8,7 +8,7 @@ use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::study::worlds;
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
-use symbolt::task::{Demonstration, ObjectPose, Recording, Sensing, SnapshotEvent};
+use symbolt::task::{Demonstration, ObjectPose, Recording, Sensing, Snapshot, SnapshotEvent};
 
 type Turn = UnitQuaternion<f64>;
 
@@ -51,7 +51,7 @@ fn slower(recording: &mut Recording, factor: f64, one: bool) {
 
 /// Returns the snapshot and the object of the first contact.
 fn contact(demo: &Demonstration) -> (usize, usize) {
-    let is = |s: &symbolt::task::Snapshot| s.event == Some(SnapshotEvent::Contact);
+    let is = |s: &Snapshot| s.event == Some(SnapshotEvent::Contact);
     let at = demo.snapshots.iter().position(is).unwrap();
     (at, demo.snapshots[at].object.unwrap())
 }
@@ -293,6 +293,40 @@ fn warnings_give_the_numbers_of_snapshots_that_the_file_has() {
     let found = doubts(&recording);
     let twice = found.iter().find(|d| d.kind == DoubtKind::DuplicateTime).unwrap();
     assert_eq!(twice.place, format!("demonstration 2, snapshot {number}"));
+}
+
+#[test]
+fn two_hands_do_not_repeat_a_line() {
+    use SnapshotEvent::{Contact, End, Release, Start};
+    let steps = [
+        (Start, None),
+        (Contact, Some(0)),
+        (Contact, Some(1)),
+        (Release, Some(0)),
+        (Release, Some(1)),
+        (End, None),
+    ];
+    let demo = |number: u64| {
+        let x = |by: u64| 0.05 * ((by * number) % 11) as f64;
+        let (mut at, tray) = ([[x(3), x(5), 0.02], [x(7), 0.7 - x(4), 0.02]], [0.9, x(2), 0.01]);
+        let snapshot = |(s, (event, object)): (usize, (SnapshotEvent, Option<usize>))| {
+            if let (Release, Some(o)) = (event, object) {
+                at[o] = [tray[0] - 0.1 * o as f64, tray[1], 0.03];
+            }
+            let names = [("a", "part"), ("b", "part"), ("tray", "tray")];
+            let objects = names.iter().zip([at[0], at[1], tray]).map(|((id, kind), at)| {
+                ObjectPose { id: (*id).into(), kind: (*kind).into(), pose: Pose::at(at) }
+            });
+            let objects = objects.collect();
+            Snapshot { number: s as u64, time_s: None, event: Some(event), object, objects }
+        };
+        Demonstration { number, snapshots: steps.into_iter().enumerate().map(snapshot).collect() }
+    };
+    let mut recording = Recording { demos: (1..6).map(demo).collect() };
+    assert_eq!(doubts(&recording), []);
+    let again = recording.demos[2].snapshots[1].clone();
+    recording.demos[2].snapshots.insert(1, again);
+    assert_eq!(kinds(&recording), BTreeSet::from([DoubtKind::DuplicateTime]));
 }
 
 #[test]
