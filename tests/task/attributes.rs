@@ -8,7 +8,7 @@ use symbolt::task::classify::Classifier;
 use symbolt::task::compile::Problem;
 use symbolt::task::domain::{RelationalDomain, SubKinds};
 use symbolt::task::event::Ignore;
-use symbolt::task::learn::{Learned, Settings, divide, learn_attributed};
+use symbolt::task::learn::{Learned, Remark, Settings, divide, learn_attributed};
 use symbolt::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
 use symbolt::task::{
     Attribute, Attributes, Demonstration, ObjectPose, Recording, Snapshot, SnapshotEvent,
@@ -223,6 +223,34 @@ fn an_attribute_decides_beside_others_and_not_from_two_objects() {
     };
     let (recording, attributes) = sort(&Sorting { part: both, ..COLOURS });
     assert_eq!(divide(&recording, &attributes)[0].also, ["finish"]);
+}
+
+#[test]
+fn an_object_without_a_colour_or_one_exception_is_not_passed_over_in_silence() {
+    // The first part of the second demonstration.
+    let lacks = |part: u64, to: usize| if part == 1004 { Vec::new() } else { colour(part, to) };
+    let odd = |part: u64, to: usize| colour(part, if part == 1004 { 1 - to } else { to });
+    let long = |part: u64, to: usize| {
+        let to = if part == 1004 { 1 - to } else { to };
+        vec![("length", Attribute::Number([0.03, 0.05][to] + 0.004 * share(part, 0, 1)))]
+    };
+    let long: OfPart = long;
+    let worlds: [(OfPart, &str, bool); 3] =
+        [(lacks, "colour", true), (odd, "colour", false), (long, "length", false)];
+    for (part, attribute, lacks) in worlds {
+        let learned = learned(&Sorting { part, ..COLOURS });
+        assert!(learned.domain.sub_kinds.is_empty());
+        let (kind, id) = ("part".into(), "part_0".into());
+        let attribute = attribute.into();
+        let said = Remark::WouldDivide { kind, attribute, id, demo: 1, more: 0, lacks };
+        assert!(learned.remarks.contains(&said), "{:?}", learned.remarks);
+    }
+    let either = |part: u64, _: usize| colour(part, usize::from(share(part, 0, 2) < 0.5));
+    for seed in 1..=10 {
+        let learned = learned(&Sorting { part: either, seed, ..COLOURS });
+        let would = |r: &Remark| matches!(r, Remark::WouldDivide { .. });
+        assert!(!learned.remarks.iter().any(would), "{seed}: {:?}", learned.remarks);
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! decides if it predicts this without exception: each word has one outcome, or numbers below a threshold have another outcome than
 //! those above. That must be less likely by chance than one in twenty, whatever attribute and outcome are compared.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -11,6 +12,8 @@ use nalgebra::Vector3;
 
 use crate::task::domain::{SubKind, SubKinds};
 use crate::task::recording::{Attribute, Attributes, ObjectAttributes, Recording};
+
+use super::remark::Remark;
 
 /// Least probability at which a difference is taken for chance, as for places.
 const CHANCE: f64 = 0.05;
@@ -24,6 +27,8 @@ const MOST_OUTCOMES: usize = 6;
 /// An object in a demonstration.
 struct Case<'r> {
     demo: usize,
+    /// Number of the demonstration, as recorded.
+    number: u64,
     id: &'r str,
     kind: &'r Arc<str>,
     attributes: Option<&'r ObjectAttributes>,
@@ -40,8 +45,17 @@ struct Division {
 
 /// Returns the kinds to divide, and how. Without attributes there are none.
 pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
+    divisions(recording, attributes).0
+}
+
+/// Returns the kinds to divide, and a remark on each kind that would be divided but for some of its objects.
+pub(super) fn divisions(
+    recording: &Recording,
+    attributes: &Attributes,
+) -> (Vec<SubKinds>, Vec<Remark>) {
+    let mut remarks = Vec::new();
     if attributes.is_empty() {
-        return Vec::new();
+        return (Vec::new(), remarks);
     }
     let cases = cases(recording, attributes);
     let moving: BTreeSet<&str> = cases.iter().filter(|c| c.moved).map(|c| &**c.kind).collect();
@@ -49,7 +63,8 @@ pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
     let mut all: Vec<SubKinds> = Vec::new();
     for kind in &moving {
         let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == *kind).collect();
-        all.extend(best(kind, &own, &outcomes(&own, &cases, &moving), &mut names));
+        let outcomes = outcomes(&own, &cases, &moving);
+        all.extend(best(kind, &own, &outcomes, &mut names, &mut remarks));
     }
     // What is done to a fixed object is what is put beside it.
     let part = |case: &Case<'_>| {
@@ -72,10 +87,10 @@ pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
                 parts.into_iter().reduce(|_, _| None).flatten()
             })
             .collect();
-        more.extend(best(kind, &own, &[received], &mut names));
+        more.extend(best(kind, &own, &[received], &mut names, &mut remarks));
     }
     all.extend(more);
-    all
+    (all, remarks)
 }
 
 fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {
@@ -88,7 +103,7 @@ fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'
         }
         all.extend(ends.into_iter().map(|(id, (kind, [start, end]))| {
             let (attributes, moved) = (attributes.get(demo, id), (end - start).norm() > MOVED_M);
-            Case { demo, id, kind, attributes, moved, end }
+            Case { demo, number: demonstration.number, id, kind, attributes, moved, end }
         }));
     }
     all
@@ -144,29 +159,58 @@ fn outcomes(
 }
 
 /// Returns the division of a kind that is least likely by chance, if any is unlikely enough.
-fn best(
+fn best<'r>(
     kind: &str,
-    own: &[&Case<'_>],
+    own: &[&Case<'r>],
     outcomes: &[Vec<Option<String>>],
     names: &mut BTreeSet<String>,
+    remarks: &mut Vec<Remark>,
 ) -> Option<SubKinds> {
     let known = own.iter().filter_map(|c| c.attributes).flat_map(|a| a.keys());
     let attributes: BTreeSet<&String> = known.collect();
     let tests = (attributes.len() * outcomes.len()) as f64;
     let mut found: Vec<Division> = Vec::new();
+    let mut would: Vec<(f64, Remark)> = Vec::new();
     for attribute in attributes {
-        let values: Option<Vec<&Attribute>> =
-            own.iter().map(|c| c.attributes?.get(attribute)).collect();
-        // An object without the attribute could belong anywhere.
-        let Some(values) = values else { continue };
+        let value = |case: &Case<'r>| case.attributes?.get(attribute);
+        let lacking: Vec<&Case<'r>> = own.iter().copied().filter(|c| value(c).is_none()).collect();
+        let but = |case: &Case<'r>, more: usize, lacks: bool| Remark::WouldDivide {
+            kind: kind.into(),
+            attribute: attribute.clone(),
+            id: case.id.into(),
+            demo: case.number,
+            more,
+            lacks,
+        };
         for outcome in outcomes {
-            let shown: Vec<(&Attribute, &str)> = (values.iter().zip(outcome))
-                .filter_map(|(value, outcome)| Some((*value, outcome.as_deref()?)))
-                .collect();
-            found.extend(division(attribute, &shown));
+            let (who, mut shown): (Vec<&Case<'r>>, Vec<(&Attribute, &str)>) = (own.iter())
+                .zip(outcome)
+                .filter_map(|(case, outcome)| Some((*case, (value(case)?, outcome.as_deref()?))))
+                .unzip();
+            // An object without the attribute could belong anywhere, and so could those like an exception.
+            match (division(attribute, &shown), lacking.first()) {
+                (Some(division), None) => found.push(division),
+                (Some(division), Some(first)) => {
+                    would.push((division.chance, but(first, lacking.len() - 1, true)));
+                }
+                (None, None) => {
+                    let Some(odd) = exception(&shown) else { continue };
+                    shown.remove(odd);
+                    // Any of them could have been it.
+                    let choices = own.len() as f64;
+                    would.extend(
+                        division(attribute, &shown)
+                            .map(|division| (choices * division.chance, but(who[odd], 0, false))),
+                    );
+                }
+                (None, Some(_)) => {}
+            }
         }
     }
     found.retain(|d| d.chance * tests < CHANCE);
+    would.retain(|(chance, _)| found.is_empty() && chance * tests < CHANCE);
+    would.sort_by(|a, b| a.0.total_cmp(&b.0));
+    remarks.extend(would.into_iter().next().map(|(_, remark)| remark));
     found.sort_by(|a, b| a.chance.total_cmp(&b.chance));
     let mut found = found.into_iter();
     let Division { attribute, parts, .. } = found.next()?;
@@ -184,6 +228,39 @@ fn best(
         of: of.collect(),
         also: also.into_iter().collect(),
     })
+}
+
+/// Returns the only object whose outcome is another than that of the objects with like values; `None` if there are several.
+fn exception(shown: &[(&Attribute, &str)]) -> Option<usize> {
+    let mut order: Vec<usize> = (0..shown.len()).collect();
+    let number = |i: usize| match shown[i].0 {
+        Attribute::Number(number) => Some(*number),
+        Attribute::Word(_) => None,
+    };
+    let odd: Vec<usize> = if order.iter().all(|i| number(*i).is_some()) {
+        order.sort_by(|a, b| number(*a).partial_cmp(&number(*b)).unwrap_or(Ordering::Equal));
+        let outcomes: Vec<&str> = order.iter().map(|i| shown[*i].1).collect();
+        let alone =
+            |i: &usize| outcomes[i - 1] == outcomes[i + 1] && outcomes[*i] != outcomes[i - 1];
+        // Where outcomes take turns, each is alone, and so none is the exception.
+        (1..order.len().saturating_sub(1)).filter(alone).map(|i| order[i]).collect()
+    } else {
+        let mut words: BTreeMap<&str, BTreeMap<&str, Vec<usize>>> = BTreeMap::new();
+        for (i, (value, outcome)) in shown.iter().enumerate() {
+            let Attribute::Word(word) = value else { return None };
+            words.entry(word).or_default().entry(outcome).or_default().push(i);
+        }
+        let usual = |outcomes: &BTreeMap<&str, Vec<usize>>| outcomes.values().map(Vec::len).max();
+        let others = words.values().flat_map(|outcomes| {
+            let usual = usual(outcomes);
+            let mut others = outcomes.values().collect::<Vec<_>>();
+            let most = others.iter().position(|own| Some(own.len()) == usual);
+            most.map(|most| others.remove(most));
+            others.into_iter().flatten().copied()
+        });
+        others.collect()
+    };
+    (odd.len() == 1).then(|| odd[0])
 }
 
 /// Returns how an attribute divides objects with these values and outcomes; `None` if it does not predict the outcome.
