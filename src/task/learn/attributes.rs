@@ -34,6 +34,8 @@ struct Case<'r> {
     attributes: Option<&'r ObjectAttributes>,
     moved: bool,
     end: Vector3<f64>,
+    /// Index of the nearest object of a kind that never moves, where this one was put.
+    near: Option<usize>,
 }
 
 /// An attribute that predicts outcomes: the probability by chance, and the parts.
@@ -57,13 +59,19 @@ pub(super) fn divisions(
     if attributes.is_empty() {
         return (Vec::new(), remarks);
     }
-    let cases = cases(recording, attributes);
+    let mut cases = cases(recording, attributes);
     let moving: BTreeSet<&str> = cases.iter().filter(|c| c.moved).map(|c| &**c.kind).collect();
+    let near: Vec<Option<usize>> = cases.iter().map(|c| nearest(c, &cases, &moving)).collect();
+    cases.iter_mut().zip(near).for_each(|(case, near)| case.near = near);
+    let mut kinds: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (index, case) in cases.iter().enumerate() {
+        kinds.entry(&**case.kind).or_default().push(index);
+    }
     let mut names: BTreeSet<String> = cases.iter().map(|c| c.kind.to_string()).collect();
     let mut all: Vec<SubKinds> = Vec::new();
     for kind in &moving {
-        let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == *kind).collect();
-        let outcomes = outcomes(&own, &cases, &moving);
+        let own: Vec<&Case<'_>> = kinds[kind].iter().map(|index| &cases[*index]).collect();
+        let outcomes = outcomes(&own, &cases);
         all.extend(best(kind, &own, &outcomes, &mut names, &mut remarks));
     }
     // What is done to a fixed object is what is put beside it.
@@ -72,21 +80,20 @@ pub(super) fn divisions(
         let value = case.attributes?.get(&divided.attribute)?;
         divided.of.iter().find(|part| part.has(value)).map(|part| part.name.clone())
     };
-    let fixed: BTreeSet<&str> =
-        cases.iter().map(|c| &**c.kind).filter(|kind| !moving.contains(kind)).collect();
+    let mut put: BTreeMap<usize, BTreeSet<Option<String>>> = BTreeMap::new();
+    for case in &cases {
+        if let Some(near) = case.near {
+            put.entry(near).or_default().insert(part(case));
+        }
+    }
     let mut more = Vec::new();
-    for kind in fixed {
-        let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == kind).collect();
-        let received: Vec<Option<String>> = own
-            .iter()
-            .map(|to| {
-                let put = cases.iter().filter(|c| c.moved && c.demo == to.demo);
-                let put =
-                    put.filter(|c| nearest(c, &cases, &moving).is_some_and(|n| n.id == to.id));
-                let parts: BTreeSet<Option<String>> = put.map(part).collect();
-                parts.into_iter().reduce(|_, _| None).flatten()
-            })
-            .collect();
+    for (kind, own) in kinds.iter().filter(|(kind, _)| !moving.contains(*kind)) {
+        let received = own.iter().map(|to| match put.get(to)?.iter().collect::<Vec<_>>()[..] {
+            [part] => part.clone(),
+            _ => None,
+        });
+        let received: Vec<Option<String>> = received.collect();
+        let own: Vec<&Case<'_>> = own.iter().map(|index| &cases[*index]).collect();
         more.extend(best(kind, &own, &[received], &mut names, &mut remarks));
     }
     all.extend(more);
@@ -103,30 +110,35 @@ fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'
         }
         all.extend(ends.into_iter().map(|(id, (kind, [start, end]))| {
             let (attributes, moved) = (attributes.get(demo, id), (end - start).norm() > MOVED_M);
-            Case { demo, number: demonstration.number, id, kind, attributes, moved, end }
+            Case {
+                demo,
+                number: demonstration.number,
+                id,
+                kind,
+                attributes,
+                moved,
+                end,
+                near: None,
+            }
         }));
     }
     all
 }
 
-/// Returns the nearest object of a kind that never moves, where an object ends.
-fn nearest<'c, 'r>(
-    of: &Case<'_>,
-    cases: &'c [Case<'r>],
-    moving: &BTreeSet<&str>,
-) -> Option<&'c Case<'r>> {
-    let fixed = cases.iter().filter(|c| c.demo == of.demo && !moving.contains(&**c.kind));
-    fixed.min_by(|a, b| (a.end - of.end).norm().total_cmp(&(b.end - of.end).norm()))
+/// Returns the nearest object of a kind that never moves, where an object was put; `None` for one that stayed. The cases are in
+/// order of the demonstrations.
+fn nearest(of: &Case<'_>, cases: &[Case<'_>], moving: &BTreeSet<&str>) -> Option<usize> {
+    let from = cases.partition_point(|c| c.demo < of.demo);
+    let own = cases[from..].iter().take_while(|c| c.demo == of.demo && of.moved);
+    let fixed = own.zip(from..).filter(|(c, _)| !moving.contains(&**c.kind));
+    let far = |c: &Case<'_>| (c.end - of.end).norm();
+    fixed.min_by(|a, b| far(a.0).total_cmp(&far(b.0))).map(|(_, index)| index)
 }
 
 /// Returns what is done to each object, as seen in several ways; `None` for an object that a way says nothing of.
-fn outcomes(
-    own: &[&Case<'_>],
-    cases: &[Case<'_>],
-    moving: &BTreeSet<&str>,
-) -> Vec<Vec<Option<String>>> {
+fn outcomes(own: &[&Case<'_>], cases: &[Case<'_>]) -> Vec<Vec<Option<String>>> {
     let near: Vec<Option<&Case<'_>>> =
-        own.iter().map(|c| nearest(c, cases, moving).filter(|_| c.moved)).collect();
+        own.iter().map(|c| c.near.map(|index| &cases[index])).collect();
     let of = |label: &dyn Fn(&Case<'_>) -> Option<String>| -> Vec<Option<String>> {
         near.iter().map(|n| n.and_then(label)).collect()
     };
@@ -149,8 +161,7 @@ fn outcomes(
             ends.windows(2).map(|e| (e[1] - e[0], 0.5 * (e[0] + e[1]))).collect();
         gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
         let next = gaps.get(1).map_or(0.0, |gap| gap.0);
-        if let Some((gap, cut)) = gaps.first().filter(|g| g.0 > GAP.0 && g.0 > GAP.1 * next) {
-            debug_assert!(*gap > 0.0);
+        if let Some((_, cut)) = gaps.first().filter(|g| g.0 > GAP.0 && g.0 > GAP.1 * next) {
             let side = |c: &&Case<'_>| c.moved.then(|| (c.end[axis] < *cut).to_string());
             all.push(own.iter().map(side).collect());
         }

@@ -28,13 +28,13 @@ pub type ObjectAttributes = BTreeMap<String, Attribute>;
 /// demonstration, 0 for a scene, and the id.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Attributes {
-    of: HashMap<(usize, Arc<str>), ObjectAttributes>,
+    of: HashMap<usize, HashMap<Arc<str>, ObjectAttributes>>,
 }
 
 impl Attributes {
     /// Returns the attributes of an object; `None` if it has none.
     pub fn get(&self, demo: usize, id: &str) -> Option<&ObjectAttributes> {
-        self.of.get(&(demo, id.into()))
+        self.of.get(&demo)?.get(id)
     }
 
     /// Sets an attribute of an object. Returns the value that it had before.
@@ -45,7 +45,8 @@ impl Attributes {
         name: &str,
         value: Attribute,
     ) -> Option<Attribute> {
-        self.of.entry((demo, id.into())).or_default().insert(name.into(), value)
+        let own = self.of.entry(demo).or_default();
+        own.entry(id.into()).or_default().insert(name.into(), value)
     }
 
     /// Returns whether no object has an attribute.
