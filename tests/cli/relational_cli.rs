@@ -400,4 +400,6 @@ fn objects_of_one_kind_are_sorted_by_an_attribute() {
     std::fs::write(path.join("scene.json"), unseen).expect("a file");
     let ran = run(path, &["actions", "domain.json", "--scene", "scene.json"]);
     assert!(ran.err.contains("is divided by `colour`"), "{}", ran.err);
+    let ran = run(path, &["classify", "domain.json", "scene.json"]);
+    assert!(ran.err.contains("is divided by `colour`"), "{}", ran.err);
 }

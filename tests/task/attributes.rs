@@ -6,7 +6,7 @@ use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::task::classify::Classifier;
 use symbolt::task::compile::Problem;
-use symbolt::task::domain::{RelationalDomain, SubKinds};
+use symbolt::task::domain::{RelationalDomain, SubKind, SubKinds, Undivided};
 use symbolt::task::event::Ignore;
 use symbolt::task::learn::{Learned, Remark, Settings, divide, learn_attributed};
 use symbolt::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
@@ -260,9 +260,44 @@ fn an_object_of_an_unseen_colour_is_in_no_state() {
     attributes.set(0, "part_2", "colour", word("green"));
     let mut scene = recording.demos[0].snapshots[0].clone();
     let left = domain.divide(&mut scene, &attributes);
-    assert_eq!(left, [("part_2".into(), "part".into(), "colour".into())]);
+    let (id, kind, attribute) = ("part_2".into(), "part".into(), "colour".into());
+    assert_eq!(left, [Undivided { id, kind, attribute }]);
     let layout = Classifier::new(&domain).classify(&scene);
     assert_eq!(layout.located.iter().filter(|l| l.fact.is_some()).count(), 3);
+}
+
+#[test]
+fn kinds_divided_into_parts_that_overlap_are_refused() {
+    let good = learned(&COLOURS).domain;
+    good.check().unwrap();
+    let range = |part: &mut SubKind, from: Option<f64>, below: Option<f64>| {
+        part.words.clear();
+        (part.from, part.below) = (from, below);
+    };
+    type Change<'c> = &'c dyn Fn(&mut Vec<SubKinds>);
+    let wrong: [(&str, Change<'_>); 8] = [
+        ("no kind", &|all| all[0].kind.clear()),
+        ("no attribute", &|all| all[0].attribute.clear()),
+        ("twice", &|all| all.push(all[0].clone())),
+        ("one name", &|all| all[0].of[1].name = all[0].of[0].name.clone()),
+        ("one word", &|all| all[0].of[1].words = all[0].of[0].words.clone()),
+        ("reversed", &|all| range(&mut all[0].of[0], Some(2.0), Some(1.0))),
+        ("empty", &|all| range(&mut all[0].of[0], Some(1.0), Some(1.0))),
+        ("overlap", &|all| {
+            range(&mut all[0].of[0], None, Some(2.0));
+            range(&mut all[0].of[1], Some(1.0), None);
+        }),
+    ];
+    for (name, change) in wrong {
+        let mut domain = good.clone();
+        change(&mut domain.sub_kinds);
+        let said = domain.check().unwrap_err().to_string();
+        assert!(said.contains("divided") || said.contains("parts"), "{name}: {said}");
+    }
+    let mut touching = good;
+    range(&mut touching.sub_kinds[0].of[0], None, Some(2.0));
+    range(&mut touching.sub_kinds[0].of[1], Some(2.0), None);
+    touching.check().unwrap();
 }
 
 #[test]
