@@ -146,15 +146,6 @@ fn examine(view: &View<'_>, found: &mut Found) {
     }
 }
 
-/// Escapes control characters.
-fn printable(text: String) -> String {
-    if !text.contains(char::is_control) {
-        return text;
-    }
-    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
-    text.chars().map(escape).collect()
-}
-
 /// The doubts found: the first of each kind, and how many more there are.
 #[derive(Default)]
 struct Found {
@@ -204,12 +195,6 @@ impl Found {
         for (kind, more) in self.more {
             if let Some(last) = self.kept.iter_mut().rev().find(|doubt| doubt.kind == kind) {
                 last.seen += &format!(", and there are {more} more such");
-            }
-        }
-        for doubt in &mut self.kept {
-            // Ids come from files, and sentences go to terminals.
-            for text in [&mut doubt.place, &mut doubt.seen, &mut doubt.reading, &mut doubt.ask] {
-                *text = printable(std::mem::take(text));
             }
         }
         self.kept

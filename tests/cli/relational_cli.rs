@@ -367,6 +367,32 @@ fn a_recording_in_millimetres_is_doubted_and_still_read() {
 }
 
 #[test]
+fn escape_codes_in_ids_do_not_reach_the_terminal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let mut recording = worlds::named("tower").expect("a world").record(5, Seed::new(1));
+    for object in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots[0].objects) {
+        object.pose = Pose::at([0.0; 3]);
+    }
+    for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
+        for object in &mut snapshot.objects {
+            object.id = format!("{}\u{1b}[2J", object.id).into();
+            object.kind = format!("{}\u{1b}[2J", object.kind).into();
+        }
+    }
+    std::fs::write(path.join("demos.jsonl"), recording.to_jsonl(None).expect("text"))
+        .expect("a file");
+    for command in ["check", "learn"] {
+        let ran = run(path, &[command, "demos.jsonl"]);
+        assert!(ran.err.contains("\\u{1b}[2J"), "{command}: {}", ran.err);
+        assert!(!(ran.err + &ran.out).contains('\u{1b}'), "{command}");
+    }
+    let ran = run(path, &["check", "demos.jsonl", "--json"]);
+    let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert!(found["warnings"].to_string().contains("\\u001b[2J"), "{found}");
+}
+
+#[test]
 fn objects_of_one_kind_are_sorted_by_an_attribute() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();

@@ -312,7 +312,15 @@ fn attributes_are_read_with_limits_and_written_again() {
         )
     };
     let said = |text: &str| Recording::parse_whole(text.as_bytes(), "x").unwrap_err().to_string();
-    for wrong in [r#"{"a":[1]}"#, r#"{"a":null}"#, r#"{"a":true}"#, r#"{"a":""}"#, r#"{"":1}"#] {
+    for wrong in [
+        r#"{"a":[1]}"#,
+        r#"{"a":null}"#,
+        r#"{"a":true}"#,
+        r#"{"a":""}"#,
+        r#"{"":1}"#,
+        r#"{"a":"\u001b[2J"}"#,
+        r#"{"a\n":1}"#,
+    ] {
         let said = said(&line(wrong));
         assert!(said.contains("objects[0].attributes") && said.contains("line 1"), "{said}");
     }

@@ -355,16 +355,6 @@ fn a_frame_with_y_up_is_no_mistake() {
 }
 
 #[test]
-fn escape_codes_in_ids_do_not_reach_the_terminal() {
-    let mut recording = good("tower", 1);
-    change(&mut recording, false, |o| o.id = format!("{}\u{1b}[2J", o.id).into());
-    let (at, object) = contact(&recording.demos[2]);
-    recording.demos[2].snapshots[at].objects[(object + 1) % 3].pose.position[0] += 0.4;
-    let found = doubts(&recording);
-    assert!(!found.is_empty() && !found[0].to_string().contains('\u{1b}'), "{found:?}");
-}
-
-#[test]
 fn objects_that_are_all_at_zero_are_counted_and_not_all_put_into_words() {
     let mut recording = good("tower", 1);
     for demo in &mut recording.demos {

@@ -65,7 +65,9 @@ impl Attributes {
             let problem = format!("it has {} attributes", raw.len());
             return Err((String::new(), problem, format!("at most {MAX_ATTRIBUTES}")));
         }
-        let fits = |text: &str| (1..=MAX_NAME).contains(&text.chars().count());
+        let fits = |text: &str| {
+            (1..=MAX_NAME).contains(&text.chars().count()) && !text.contains(char::is_control)
+        };
         for (name, value) in raw {
             let value = match value {
                 _ if !fits(&name) => None,
@@ -75,13 +77,12 @@ impl Attributes {
             };
             let name: String = name.chars().take(MAX_NAME).collect();
             let Some(value) = value else {
-                let expected =
-                    format!("a word of 1 to {MAX_NAME} characters or a number, and a name as long");
-                return Err((
-                    name,
-                    "it is neither a word nor a number, or too long".into(),
-                    expected,
-                ));
+                let expected = format!(
+                    "a word of 1 to {MAX_NAME} characters or a number, and a name as long, without control characters"
+                );
+                let problem =
+                    "it is neither a word nor a number, or too long, or has control characters";
+                return Err((name, problem.into(), expected));
             };
             let before = self.set(demo, id, &name, value.clone());
             if before.is_some_and(|before| before != value) {
