@@ -1,6 +1,6 @@
 //! Doubts about recordings: what is implausible in the data, or disagrees within it, and which reading would make sense.
 //!
-//! [`doubts`] examines a [`Recording`], [`doubts_of_tracks`] poses over time that are not yet one. Neither changes anything.
+//! [`doubts`] examines a [`Recording`] and changes nothing.
 //! Each [`Doubt`] says what was seen, with figures, which reading would make sense, and how to ask for it.
 //!
 //! Thresholds come from the spread of the data itself, whose noise is estimated, and from what is possible where one hand works;
@@ -63,23 +63,6 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// The poses of one object over time, as a log has them.
-#[derive(Debug, Clone, Copy)]
-pub struct PoseTrack<'a> {
-    /// Number of the session: tracks of one session are examined together.
-    pub session: u64,
-    /// Id of the object.
-    pub id: &'a str,
-    /// Kind of the object.
-    pub kind: &'a str,
-    /// Times, in seconds.
-    pub times_s: &'a [f64],
-    /// Positions in metres, one for each time.
-    pub positions: &'a [[f64; 3]],
-    /// Orientations as quaternions `[x, y, z, w]`, one for each time, or none.
-    pub orientations: &'a [[f64; 4]],
-}
-
 /// Greatest number of doubts of one kind that are returned. More of them say nothing new, so the last says how many there are.
 const MOST_OF_A_KIND: usize = 5;
 
@@ -107,17 +90,6 @@ pub fn doubts(recording: &Recording) -> Vec<Doubt> {
     found.doubts()
 }
 
-/// Returns what is doubtful in tracks: what [`doubts`] finds in their poses at up to 64 moments of each session, and what only
-/// tracks can have, such as norms and times. Times, positions and orientations beyond the shortest list are left out.
-pub fn doubts_of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
-    let mut found = Found::default();
-    let all = scale::of_tracks(tracks);
-    let unsound = all.iter().any(|d| d.kind == DoubtKind::AngleUnit);
-    examine(&View::of_tracks(tracks, unsound), &mut found);
-    found.extend(all);
-    found.doubts()
-}
-
 fn examine(view: &View<'_>, found: &mut Found) {
     found.extend(scale::units(view));
     // In a wrong unit, lengths say nothing else.
@@ -140,7 +112,7 @@ fn examine(view: &View<'_>, found: &mut Found) {
     let metric = !found.has(DoubtKind::LengthUnit);
     scale::times(view, metric, found);
     // A single snapshot is a scene.
-    if view.demos.len() == 1 && view.demos[0].len() > 1 && !view.tracks {
+    if view.demos.len() == 1 && view.demos[0].len() > 1 {
         let seen = "there is one demonstration";
         found.extend([Doubt::new(DoubtKind::FewDemonstrations, "", seen)]);
     }

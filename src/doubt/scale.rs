@@ -1,7 +1,7 @@
-//! Doubts about units: lengths, times, norms and angles.
+//! Doubts about units of lengths and times.
 
 use super::view::{Demo, View, middle};
-use super::{Doubt, DoubtKind, Found, PoseTrack};
+use super::{Doubt, DoubtKind, Found};
 
 /// Largest extent of a scene, in metres. A hand reaches about 2 m to each side, and rails or a second arm add a little.
 const WIDEST_M: f64 = 5.0;
@@ -236,68 +236,4 @@ pub(super) fn times(view: &View<'_>, metric: bool, found: &mut Found) {
         let seen = format!("objects are carried at {speed:.0} m/s");
         found.extend([Doubt::new(DoubtKind::TimeUnit, "", seen)]);
     }
-}
-
-/// Doubts that only tracks can have: norms, angles, and times as a log has them.
-pub(super) fn of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
-    let mut all = Vec::new();
-    for track in tracks {
-        let place = format!("session {}, `{}`", track.session, track.id);
-        let norms = track.orientations.iter().map(|q| q.iter().map(|v| v * v).sum::<f64>().sqrt());
-        let mut norms: Vec<f64> = norms.filter(|n| n.is_finite()).collect();
-        let norm = middle(&mut norms);
-        let greatest = track.orientations.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
-        if !norms.is_empty() && greatest > 1.5 {
-            all.push(
-                Doubt::new(
-                    DoubtKind::AngleUnit,
-                    place.clone(),
-                    format!("numbers of its orientations reach {greatest:.1}"),
-                )
-                .reading(if greatest > 6.4 {
-                    "they are probably Euler angles in degrees, not quaternions"
-                } else {
-                    "they are probably Euler angles in radians, not quaternions"
-                }),
-            );
-        } else if !norms.is_empty() && (norm - 1.0).abs() > 1e-2 {
-            all.push(Doubt::new(
-                DoubtKind::QuaternionNorm,
-                place.clone(),
-                format!("its quaternions have the norm {norm:.3}"),
-            ));
-        }
-        let times = track.times_s;
-        let back = times.windows(2).position(|t| t[1] < t[0]);
-        let twice = times.windows(2).filter(|t| t[1] == t[0]).count();
-        if let Some(at) = back {
-            all.push(
-                Doubt::new(
-                    DoubtKind::DuplicateTime,
-                    place.clone(),
-                    format!("row {}: {} s follows {} s", at + 1, times[at + 1], times[at]),
-                )
-                .reading("a new session begins there, or rows are out of order")
-                .ask("give the column of the session, or sort the rows"),
-            );
-        } else if twice > 0 {
-            all.push(
-                Doubt::new(
-                    DoubtKind::DuplicateTime,
-                    place.clone(),
-                    format!("{twice} of {} times occur twice", times.len()),
-                )
-                .reading("rows are repeated, or the clock is too coarse")
-                .ask("leave repeated rows out of the log"),
-            );
-        }
-        let mut steps: Vec<f64> =
-            times.windows(2).map(|t| t[1] - t[0]).filter(|s| *s > 0.0).collect();
-        let step = middle(&mut steps);
-        // A stream of more than a hundred poses, one every few seconds, is not a stream of one demonstration.
-        if steps.len() > 100 && step > 4.0 {
-            all.push(clock(place, step, 0.03, "its rows"));
-        }
-    }
-    all
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::PoseTrack;
 use crate::robot::Pose;
 use crate::task::recording::{Demonstration, Recording, SnapshotEvent};
 
@@ -55,8 +54,6 @@ pub(super) struct View<'a> {
     pub demos: Vec<Demo<'a>>,
     /// Whether the recording has events.
     pub events: bool,
-    /// Whether it is made of tracks.
-    pub tracks: bool,
     /// The poses at the start, by kind, each with the index of its demonstration.
     pub starts_by_kind: BTreeMap<&'a str, Vec<(usize, Seen)>>,
     /// Standard deviation of the coordinates of objects that rest, in metres.
@@ -68,8 +65,6 @@ pub(super) struct View<'a> {
 /// Greatest noise of a pose that is of use, in metres and radians.
 const NOISIEST_M: f64 = 5e-3;
 const NOISIEST_RAD: f64 = 0.1;
-/// Moments of a session that are looked at, where a log has many.
-const MOMENTS: usize = 64;
 
 impl Seen {
     pub fn of(pose: &Pose) -> Self {
@@ -168,53 +163,10 @@ impl<'a> View<'a> {
         let demos: Vec<Demo<'a>> =
             recording.demos.iter().filter(|d| !d.snapshots.is_empty()).map(Demo::new).collect();
         let events = demos.iter().any(|d| d.events.iter().any(Option::is_some));
-        Self::with_noise(demos, events, false)
+        Self::with_noise(demos, events)
     }
 
-    /// A view of tracks, without their orientations if `upright` is set.
-    pub fn of_tracks(tracks: &[PoseTrack<'a>], upright: bool) -> Self {
-        let mut sessions: BTreeMap<u64, Vec<&PoseTrack<'a>>> = BTreeMap::new();
-        tracks.iter().for_each(|track| sessions.entry(track.session).or_default().push(track));
-        let demos = sessions.into_iter().filter_map(|(number, tracks)| {
-            let ends =
-                |track: &&PoseTrack<'a>| Some((*track.times_s.first()?, *track.times_s.last()?));
-            let (starts, stops): (Vec<f64>, Vec<f64>) = tracks.iter().filter_map(ends).unzip();
-            let from = starts.into_iter().filter(|t| t.is_finite()).reduce(f64::min)?;
-            let to = stops.into_iter().filter(|t| t.is_finite()).reduce(f64::max)?;
-            let at = |i: usize| from + (to - from) * i as f64 / (MOMENTS - 1) as f64;
-            let object = |track: &&PoseTrack<'a>| {
-                let count = track.times_s.len().min(track.positions.len());
-                let seen = |i: usize| {
-                    let next = track.times_s[..count].partition_point(|t| *t < at(i));
-                    let near = next.min(count.checked_sub(1)?);
-                    // Farther from the moment than two moments, the object is missing.
-                    let far =
-                        (track.times_s[near] - at(i)).abs() > 2.0 * (to - from) / MOMENTS as f64;
-                    let [x, y, z, w] = match track.orientations.get(near) {
-                        Some(q) if !upright => *q,
-                        _ => [0.0, 0.0, 0.0, 1.0],
-                    };
-                    let turn = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9)?;
-                    let at = Vector3::from(track.positions[near]);
-                    let finite = at.iter().chain(turn.coords.iter()).all(|v| v.is_finite());
-                    (finite && !far).then_some(Seen { at, turn })
-                };
-                Object { id: track.id, kind: track.kind, seen: (0..MOMENTS).map(seen).collect() }
-            };
-            Some(Demo {
-                number,
-                numbers: (0..MOMENTS as u64).collect(),
-                times_s: vec![None; MOMENTS],
-                events: vec![None; MOMENTS],
-                named: vec![None; MOMENTS],
-                objects: tracks.iter().map(object).collect(),
-                holds: Vec::new(),
-            })
-        });
-        Self::with_noise(demos.collect(), false, true)
-    }
-
-    fn with_noise(demos: Vec<Demo<'a>>, events: bool, tracks: bool) -> Self {
+    fn with_noise(demos: Vec<Demo<'a>>, events: bool) -> Self {
         let (mut steps, mut turns) = (Vec::new(), Vec::new());
         for object in demos.iter().flat_map(|d| &d.objects) {
             for pair in object.seen.windows(2) {
@@ -228,8 +180,7 @@ impl<'a> View<'a> {
         // More than the limits is no noise of a pose: everything moves.
         let noise_m = (middle(&mut steps) / 2.2).min(NOISIEST_M);
         let noise_rad = (middle(&mut turns) / 2.2).min(NOISIEST_RAD);
-        let mut view =
-            Self { demos, events, tracks, starts_by_kind: BTreeMap::new(), noise_m, noise_rad };
+        let mut view = Self { demos, events, starts_by_kind: BTreeMap::new(), noise_m, noise_rad };
         let mut kinds: BTreeMap<&str, Vec<(usize, Seen)>> = BTreeMap::new();
         for (d, object, seen) in view.starts() {
             kinds.entry(object.kind).or_default().push((d, seen));

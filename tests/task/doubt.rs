@@ -1,9 +1,9 @@
 //! Doubts: mistakes planted in good recordings are named by the right warning, and good recordings have none.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use symbolt::doubt::{DoubtKind, PoseTrack, doubts, doubts_of_tracks};
+use symbolt::doubt::{DoubtKind, doubts};
 use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::study::worlds;
@@ -370,43 +370,4 @@ fn objects_that_are_all_at_zero_are_counted_and_not_all_put_into_words() {
     let more = 5 * 600 * 599 / 2 - 5;
     assert!(same[4].seen.ends_with(&format!("and there are {more} more such")), "{}", same[4]);
     assert!(!same[3].seen.contains("more such"), "{}", same[3]);
-}
-
-/// A track of 400 poses at 30 Hz, of an object that is carried once.
-fn track(scale: f64, per_s: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
-    let carried = |i: usize| ((i as f64 - 150.0) / 100.0).clamp(0.0, 1.0);
-    let times = (0..400).map(|i| per_s * i as f64 / 30.0);
-    let at = |i: usize| [0.1 + 0.4 * carried(i), 0.2, 0.02 + 0.1 * (3.0 * carried(i)).sin()];
-    (times.collect(), (0..400).map(|i| at(i).map(|v| scale * v)).collect())
-}
-
-#[test]
-fn tracks_have_doubts_of_their_own() {
-    let still = vec![[0.0, 0.4, 0.0]; 400];
-    let of = |scale: f64, per_s: f64, quaternion: [f64; 4]| -> BTreeMap<DoubtKind, usize> {
-        let (times, positions) = track(scale, per_s);
-        let still: Vec<[f64; 3]> = still.iter().map(|p| p.map(|v| scale * v)).collect();
-        let turns = vec![quaternion; 400];
-        let part = PoseTrack {
-            session: 0,
-            id: "part",
-            kind: "part",
-            times_s: &times,
-            positions: &positions,
-            orientations: &turns,
-        };
-        let base = PoseTrack { id: "base", kind: "base", positions: &still, ..part };
-        let mut found = BTreeMap::new();
-        for doubt in doubts_of_tracks(&[part, base]) {
-            *found.entry(doubt.kind).or_default() += 1;
-        }
-        found
-    };
-    let upright = [0.0, 0.0, 0.0, 1.0];
-    assert_eq!(of(1.0, 1.0, upright), BTreeMap::new());
-    assert!(of(1e3, 1.0, upright).contains_key(&DoubtKind::LengthUnit));
-    assert!(of(1.0, 1e3, upright).contains_key(&DoubtKind::TimeUnit));
-    assert!(of(1.0, 1.0, [0.0, 0.0, 90.0, 0.0]).contains_key(&DoubtKind::AngleUnit));
-    assert!(of(1.0, 1.0, [0.0, 0.0, 0.0, 0.8]).contains_key(&DoubtKind::QuaternionNorm));
-    assert!(of(1.0, 0.0, upright).contains_key(&DoubtKind::DuplicateTime));
 }
