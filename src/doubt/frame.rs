@@ -70,16 +70,27 @@ fn stacked(view: &View<'_>) -> (usize, usize) {
     (above, below)
 }
 
+/// Returns whether any object is carried to another coordinate along an axis.
+fn lifted(view: &View<'_>, axis: usize) -> bool {
+    let far = LEVEL_M + 6.0 * view.noise_m;
+    let mut ends = view
+        .demos
+        .iter()
+        .flat_map(|demo| &demo.objects)
+        .filter_map(|object| Some(object.last()?.at[axis] - object.first()?.at[axis]));
+    ends.any(|by| by.abs() > far)
+}
+
 /// Doubts about which way is up.
 pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     let level = level(view);
     if let Some(axis) = level.filter(|axis| *axis != 2) {
         // A recording whose bodies stand along y as well is right in a frame with y up.
-        let convention = axis == 1 && {
-            let y = along(view, Vector3::y()).max(along(view, -Vector3::y()));
-            y > along(view, Vector3::z())
-        };
-        if convention {
+        let up = Vector3::ith(axis, 1.0);
+        let (own, z) = (along(view, up).max(along(view, -up)), along(view, Vector3::z()));
+        // What stands along z and is never lifted along the axis is moved about on a wall.
+        let wall = z > own && !lifted(view, axis);
+        if wall || axis == 1 && own > z {
             return Vec::new();
         }
         return vec![

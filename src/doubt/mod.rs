@@ -68,7 +68,8 @@ const MOST_OF_A_KIND: usize = 5;
 
 /// Returns what is doubtful in a recording. The cost grows with the number of poses, and with the square of the number of
 /// objects in a snapshot. At least the first 30 demonstrations are compared with all others, and the first 200 where together
-/// they begin with up to 15,000 objects.
+/// they begin with up to 15,000 objects. Of each kind of doubt, the first five are returned, of which the fifth says how many
+/// more there are.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -91,15 +92,15 @@ pub fn doubts(recording: &Recording) -> Vec<Doubt> {
 }
 
 fn examine(view: &View<'_>, found: &mut Found) {
-    found.extend(scale::units(view));
     // In a wrong unit, lengths say nothing else.
-    if found.is_empty() {
+    if !scale::units(view, found) {
+        let before = found.count();
         found.extend(frame::up(view));
-        if found.is_empty() {
+        if found.count() == before {
             found.extend(turns::order(view));
         }
         // What follows takes the frame for right.
-        let upright = found.is_empty();
+        let upright = found.count() == before;
         found.extend(frame::camera(view));
         if upright {
             found.extend(turns::handed(view));
@@ -126,10 +127,6 @@ struct Found {
 }
 
 impl Found {
-    fn is_empty(&self) -> bool {
-        self.kept.is_empty()
-    }
-
     fn has(&self, kind: DoubtKind) -> bool {
         self.kept.iter().any(|doubt| doubt.kind == kind)
     }

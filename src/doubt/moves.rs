@@ -8,7 +8,7 @@ use super::view::{Demo, Object, View, spread};
 use super::{Doubt, DoubtKind, Found};
 use crate::task::recording::SnapshotEvent;
 
-/// Distance below which two objects of a kind are in each other, in metres: no part is so thin and carried by a hand.
+/// Distance below which two objects of a kind are in each other, in metres, if they stay so: few parts are so thin.
 const INSIDE_M: f64 = 1.5e-3;
 
 /// Number of movements while nothing is held beyond which other hands are at work, and not a tracker that errs.
@@ -390,7 +390,7 @@ fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
     all
 }
 
-/// Objects of a kind that begin in the same place.
+/// Objects of a kind that begin in the same place and stay together, or do so to the bit. Thin things in a stack are parted.
 fn inside(view: &View<'_>, found: &mut Found) {
     for demo in &view.demos {
         for (i, one) in demo.objects.iter().enumerate() {
@@ -398,7 +398,12 @@ fn inside(view: &View<'_>, found: &mut Found) {
                 let pair = one.seen[0].zip(other.seen[0]);
                 let Some((a, b)) = pair.filter(|_| one.kind == other.kind) else { continue };
                 let far = (a.at - b.at).norm();
-                if far < INSIDE_M {
+                let together = || {
+                    let pairs = one.seen.iter().zip(&other.seen);
+                    let mut pairs = pairs.filter_map(|(a, b)| (*a).zip(*b));
+                    pairs.all(|(a, b)| (a.at - b.at).norm() < INSIDE_M)
+                };
+                if far < INSIDE_M && (a.at == b.at || together()) {
                     found.push(DoubtKind::SamePlace, || {
                         let [one, other] = [one.id, other.id];
                         let seen = format!("`{other}` and `{one}` are {:.1} mm apart", far * 1e3);

@@ -5,6 +5,8 @@ use super::{Doubt, DoubtKind, Found};
 
 /// Largest extent of a scene, in metres. A hand reaches about 2 m to each side, and rails or a second arm add a little.
 const WIDEST_M: f64 = 5.0;
+/// Largest extent of a scene in which a robot drives, in metres.
+const DRIVEN_M: f64 = 50.0;
 /// Smallest extent of a scene in which anything is carried, in metres. Hands do not place things within less.
 const NARROWEST_M: f64 = 0.012;
 /// The usual extent of a table scene, in metres. Of several readings, the nearest to it comes first.
@@ -38,9 +40,8 @@ fn extent(demo: &Demo<'_>, without: Option<&str>) -> Option<f64> {
     all.get(all.len() / 2).copied()
 }
 
-/// The extent of the whole: the median of the demonstrations', or, with lone objects, how far these move.
-fn whole(view: &View<'_>, without: Option<&str>) -> Option<f64> {
-    let mut all: Vec<f64> = view.demos.iter().filter_map(|d| extent(d, without)).collect();
+/// The extent of the whole, given those of the demonstrations: the median of the demonstrations', or, with lone objects, how far these move.
+fn whole(view: &View<'_>, without: Option<&str>, mut all: Vec<f64>) -> Option<f64> {
     let lone = || {
         let far = view.demos.iter().flat_map(|d| &d.objects).filter(|o| Some(o.kind) != without);
         let far = far.filter_map(|o| Some((o.last()?.at - o.first()?.at).norm()));
@@ -100,23 +101,31 @@ fn unit(place: String, metres: f64, what: &str) -> Doubt {
         .ask(ask)
 }
 
-/// Doubts about the unit of lengths.
-pub(super) fn units(view: &View<'_>) -> Vec<Doubt> {
-    let Some(metres) = whole(view, None) else { return Vec::new() };
+/// Doubts about the unit of lengths. Returns whether lengths say nothing else.
+pub(super) fn units(view: &View<'_>, found: &mut Found) -> bool {
+    let all: Vec<Vec<f64>> = view.demos.iter().map(|demo| extents(demo, None)).collect();
+    let medians: Vec<Option<f64>> = all.iter().map(|e| e.get(e.len() / 2).copied()).collect();
+    let Some(metres) = whole(view, None, medians.iter().copied().flatten().collect()) else {
+        return false;
+    };
     let fits = |m: f64| (NARROWEST_M..WIDEST_M).contains(&m);
     if metres > 0.0 && !fits(metres) {
         let kinds: std::collections::BTreeSet<&str> =
             view.demos.iter().flat_map(|d| &d.objects).map(|o| o.kind).collect();
         // One kind in another unit makes the whole too wide.
-        let odd = (kinds.len() > 2 && metres > WIDEST_M)
-            .then(|| kinds.iter().find(|kind| whole(view, Some(kind)).is_some_and(fits)));
+        let odd = (kinds.len() > 2 && metres > WIDEST_M).then(|| {
+            kinds.iter().find(|kind| {
+                let own = view.demos.iter().filter_map(|demo| extent(demo, Some(kind))).collect();
+                whole(view, Some(kind), own).is_some_and(fits)
+            })
+        });
         if let Some(kind) = odd.flatten() {
             let place = format!("objects of kind `{kind}`");
-            return vec![unit(place, metres, "with them, the scene is")];
+            found.extend([unit(place, metres, "with them, the scene is")]);
+            return true;
         }
     }
     // Some demonstrations in another unit than the rest.
-    let medians: Vec<Option<f64>> = view.demos.iter().map(|d| extent(d, None)).collect();
     let known: Vec<f64> = medians.iter().copied().flatten().filter(|e| *e > 0.0).collect();
     let sound = known.iter().copied().filter(|e| fits(*e)).count();
     let usual = middle(&mut if sound > 0 {
@@ -128,37 +137,43 @@ pub(super) fn units(view: &View<'_>) -> Vec<Doubt> {
         .filter_map(|(d, e)| Some((d, (*e)?)))
         // In every snapshot: an object alone may be missing, or far.
         .filter(|(d, _)| {
-            let all = extents(&view.demos[*d], None);
-            let ends = all.first().zip(all.last());
+            let ends = all[*d].first().zip(all[*d].last());
             ends.is_some_and(|(low, high)| {
                 *high > 0.0 && (low / usual > OTHER_SCALE || usual / high > OTHER_SCALE)
             })
         })
         .collect();
     if !odd.is_empty() && odd.len() < known.len() && known.len() > 1 {
-        return odd
-            .into_iter()
-            .map(|(d, e)| {
-                let place = format!("demonstration {}", view.demos[d].number);
-                let what = format!("the others are {} wide, this scene is", length(usual));
-                if fits(e) {
-                    let ratio = if e > usual { e / usual } else { usual / e };
-                    return Doubt {
-                        kind: DoubtKind::LengthUnit,
-                        place,
-                        seen: format!("{what} {}: {ratio:.0} times", length(e)),
-                        reading: "it has another unit than the others".into(),
-                        ask: "import its session by itself, with its own `length`".into(),
-                    };
-                }
-                unit(place, e, &what)
-            })
-            .collect();
+        let doubts = odd.into_iter().map(|(d, e)| {
+            let place = format!("demonstration {}", view.demos[d].number);
+            let what = format!("the others are {} wide, this scene is", length(usual));
+            if fits(e) {
+                let ratio = if e > usual { e / usual } else { usual / e };
+                return Doubt {
+                    kind: DoubtKind::LengthUnit,
+                    place,
+                    seen: format!("{what} {}: {ratio:.0} times", length(e)),
+                    reading: "it has another unit than the others".into(),
+                    ask: "import its session by itself, with its own `length`".into(),
+                };
+            }
+            unit(place, e, &what)
+        });
+        found.extend(doubts);
+        return true;
     }
-    if metres > 0.0 && !fits(metres) {
-        return vec![unit(String::new(), metres, "the scene is")];
+    if metres == 0.0 || fits(metres) {
+        return false;
     }
-    Vec::new()
+    let doubt = unit(String::new(), metres, "the scene is");
+    let drives = (WIDEST_M..DRIVEN_M).contains(&metres);
+    let reading = if drives {
+        doubt.reading.clone() + ", or the robot drives"
+    } else {
+        doubt.reading.clone()
+    };
+    found.extend([doubt.reading(reading)]);
+    !drives
 }
 
 /// Greatest usual speed of a hand that picks, carries and places, in metres a second. Arms and people are slower.
@@ -167,6 +182,8 @@ const FASTEST_M_S: f64 = 3.0;
 const LONGEST_STEP_S: f64 = 300.0;
 /// A usual time from one snapshot to the next, in seconds.
 const USUAL_STEP_S: f64 = 2.0;
+/// Time below which a slow task may take it from one snapshot to the next, in seconds: an hour.
+const SLOWEST_S: f64 = 3600.0;
 /// Units of time, with their number in a second.
 const CLOCKS: [(&str, f64); 3] = [("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
 
@@ -175,9 +192,10 @@ fn clock(place: String, step: f64, usual: f64, what: &str) -> Doubt {
         let off = |(_, per_s): &(&str, f64)| (step / per_s / usual).ln().abs();
         off(a).total_cmp(&off(b))
     };
+    let slow = if step < SLOWEST_S { ", or the task is slow" } else { "" };
     let (name, per_s) = CLOCKS.iter().min_by(nearest).copied().unwrap_or(CLOCKS[0]);
     Doubt::new(DoubtKind::TimeUnit, place, format!("{what} are {step:.0} s apart"))
-        .reading(format!("the times are probably {name} ({:.2} s)", step / per_s))
+        .reading(format!("the times are probably {name} ({:.2} s){slow}", step / per_s))
         .ask(format!("import the log with `time_unit` set to `{name}`, or divide `t` by {per_s:e}"))
 }
 

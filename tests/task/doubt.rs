@@ -329,6 +329,77 @@ fn two_hands_do_not_repeat_a_line() {
     assert_eq!(kinds(&recording), BTreeSet::from([DoubtKind::DuplicateTime]));
 }
 
+/// Five demonstrations in which four parts of a stack or a wall go elsewhere, with a door that stays.
+fn parted(apart: [f64; 3], kind: &str, to: [f64; 3]) -> Recording {
+    let demo = |number: u64| {
+        let draw = |by: u64| 0.1 * ((by * number) % 11) as f64;
+        let [x, z] = [draw(3), 0.8 + draw(5)];
+        let start =
+            |p: usize| [x, 0.0, z].into_iter().zip(apart).map(move |(a, by)| a + by * p as f64);
+        let mut at: Vec<Vec<f64>> = (0..4).map(|p| start(p).collect()).collect();
+        let mut snapshots = Vec::new();
+        let mut take = |event, object, at: &[Vec<f64>]| {
+            let part = |(p, at): (usize, &Vec<f64>)| ObjectPose {
+                id: format!("p{p}").into(),
+                kind: kind.into(),
+                pose: Pose::at([at[0], at[1], at[2]]),
+            };
+            let mut objects: Vec<ObjectPose> = at.iter().enumerate().map(part).collect();
+            objects.push(ObjectPose {
+                id: "door".into(),
+                kind: "door".into(),
+                pose: Pose::at([1.6, 0.0, 1.0]),
+            });
+            snapshots.push(Snapshot {
+                number: snapshots.len() as u64,
+                time_s: None,
+                event: Some(event),
+                object,
+                objects,
+            });
+        };
+        take(SnapshotEvent::Start, None, &at);
+        for p in (0..4).rev() {
+            take(SnapshotEvent::Contact, Some(p), &at);
+            at[p] = (0..3).map(|i| to[i] + if i == 0 { 0.2 * p as f64 } else { 0.0 }).collect();
+            take(SnapshotEvent::Release, Some(p), &at);
+        }
+        take(SnapshotEvent::End, None, &at);
+        Demonstration { number, snapshots }
+    };
+    Recording { demos: (1..6).map(demo).collect() }
+}
+
+#[test]
+fn cards_in_a_stack_are_not_in_each_other() {
+    let mut recording = parted([0.0, 0.0, 0.0003], "card", [0.3, 0.4, 0.9]);
+    assert!(!kinds(&recording).contains(&DoubtKind::SamePlace), "{:?}", doubts(&recording));
+    let first = &mut recording.demos[0].snapshots[0].objects;
+    first[1].pose = first[0].pose;
+    assert!(kinds(&recording).contains(&DoubtKind::SamePlace));
+}
+
+#[test]
+fn pictures_on_a_wall_are_upright() {
+    let recording = parted([0.3, 0.0, 0.07], "picture", [-0.4, 0.0, 1.3]);
+    assert!(!kinds(&recording).contains(&DoubtKind::UpAxis), "{:?}", doubts(&recording));
+}
+
+#[test]
+fn a_hall_may_be_driven_through_and_a_task_may_be_slow() {
+    let mut recording = good("tower", 1);
+    scale(&mut recording, 30.0, false);
+    let (at, _) = contact(&recording.demos[2]);
+    recording.demos[2].snapshots[at].time_s = recording.demos[2].snapshots[at - 1].time_s;
+    let found = doubts(&recording);
+    assert!(found[0].reading.ends_with("or the robot drives"), "{}", found[0]);
+    assert!(kinds(&recording).contains(&DoubtKind::DuplicateTime), "{found:?}");
+    let mut recording = good("tower", 1);
+    slower(&mut recording, 300.0, false);
+    let found = doubts(&recording);
+    assert!(found[0].reading.ends_with("or the task is slow"), "{}", found[0]);
+}
+
 #[test]
 fn a_table_below_the_base_of_the_robot_is_not_upside_down() {
     for world in ["tower", "nuts", "table", "flange"] {
