@@ -75,6 +75,20 @@ pub enum NoGoal {
     NothingNew,
 }
 
+impl Remark {
+    /// Returns the name of what is remarked, in snake case.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::ViewsDiffer { .. } => "views_differ",
+            Self::DemonstrationsDiffer { .. } => "demonstrations_differ",
+            Self::MovedByOthers { .. } => "moved_by_others",
+            Self::Alike { .. } => "alike",
+            Self::WouldDivide { .. } => "would_divide",
+            Self::NoGoal(_) => "no_goal",
+        }
+    }
+}
+
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
