@@ -219,6 +219,37 @@ pub(super) fn replace(w: &mut Wiring<'_, '_>, from: &Group, to: &Group) {
     w.link(&any, to, spread(0, count, -1.5));
 }
 
+/// Links each item to those behind it in the same of several `runs` of items, given by their lengths.
+///
+/// Items are summed in rows, by a group of this name, so that the weights of a run are as many as its items times the root of
+/// their number.
+pub(super) fn behind(
+    w: &mut Wiring<'_, '_>,
+    name: &str,
+    from: &Group,
+    to: &Group,
+    runs: &[usize],
+    weight: Real,
+) {
+    let (mut sums, mut before, mut beside) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rows, mut first) = (0, 0);
+    for length in runs {
+        let side = length.isqrt().max(1);
+        for i in 0..*length {
+            let item = first + i;
+            sums.push((item, rows + i / side, 1.0));
+            before.extend((rows..rows + i / side).map(|row| (row, item, weight)));
+            beside.extend((item - i % side..item).map(|other| (other, item, weight)));
+        }
+        rows += length.div_ceil(side);
+        first += length;
+    }
+    let summed = w.sum(name, rows);
+    w.link(from, &summed, sums);
+    w.link(&summed, to, before);
+    w.link(from, to, beside);
+}
+
 /// Weights from each item to the item of the same number.
 pub(super) fn each(count: usize, weight: Real) -> impl Iterator<Item = Weight> {
     (0..count).map(move |i| (i, i, weight))
