@@ -22,10 +22,20 @@ const BEFORE_MS: u64 = 20;
 /// Weight with which the last level of the clock lets all operators pass that are still waiting.
 const RELEASE: Real = -100.0;
 
-/// Returns links from all levels of fluents, in place of links from fluents.
-pub(super) fn by_level(links: Vec<Weight>, levels: usize) -> impl Iterator<Item = Weight> {
-    let links = links.into_iter();
-    links.flat_map(move |(f, a, weight)| (0..levels).map(move |l| (f * levels + l, a, weight)))
+/// What fluents cost, in levels.
+pub(super) struct Costs {
+    /// A row of latches for each fluent; as many are active as the fluent has levels.
+    pub levels: Group,
+    /// Their sum for each fluent.
+    pub cost: Group,
+}
+
+/// Adds the sum of the levels of each fluent. Links from sums are fewer than those from each level.
+pub(super) fn summed(w: &mut Wiring<'_, '_>, name: &str, levels: &Group, fluents: usize) -> Group {
+    let sum = w.sum(name, fluents);
+    let each = levels.count.checked_div(fluents).unwrap_or(0);
+    w.link(levels, &sum, cells(fluents, each).map(|(f, _, level)| (level, f, 1.0)));
+    sum
 }
 
 /// A wave through the operators of a problem.
@@ -80,34 +90,36 @@ impl Wave {
         w.link(&unreached, signals, gather(fluents, signal, 1.0));
     }
 
-    /// Lets operators wait until the clock has counted as many levels as their preconditions cost. Returns a row of latches for
-    /// each fluent; as many are active as the fluent has levels.
+    /// Lets operators wait until the clock has counted as many levels as their preconditions cost.
     pub fn count(
         &self,
         w: &mut Wiring<'_, '_>,
         needs: &[Weight],
         (phases, resets): (&Group, &[usize]),
         levels: usize,
-    ) -> Group {
+    ) -> Costs {
         let (fluents, operators) = (self.pending.count, self.enabled.count);
         let reset = |count, weight| resets.iter().flat_map(move |p| spread(*p, count, weight));
         let (tick, clock) = clock(w, (phases, resets), levels);
-        let cells_count = fluents * levels;
+        let all = fluents * levels;
         let rows = || cells(fluents, levels);
-        let count = w.both("count", cells_count);
+        let count = w.both("count", all);
         w.link(&self.pending, &count, rows().map(|(f, _, level)| (f, level, 1.0)));
         w.link(&clock, &count, rows().map(|(_, l, level)| (l, level, 1.0)));
-        w.link(phases, &count, reset(cells_count, -1.3));
-        let costs = w.latches("costs", cells_count);
-        w.link(&count, &costs, each(cells_count, 1.2));
-        w.link(phases, &costs, reset(cells_count, -5.0));
+        w.link(phases, &count, reset(all, -1.3));
+        let latches = w.latches("costs", all);
+        w.link(&count, &latches, each(all, 1.2));
+        w.link(phases, &latches, reset(all, -5.0));
+        let cost = summed(w, "cost", &latches, fluents);
 
         let early = w.biased("early", operators, EARLY);
-        w.link(&costs, &early, by_level(needs.to_vec(), levels));
+        w.link(&cost, &early, needs.iter().copied());
+        let ticks = w.sum("ticks", 1);
         let counted = |l| if l + 1 < levels { -1.0 } else { RELEASE };
-        w.link(&tick, &early, (0..levels).flat_map(|l| spread(l, operators, counted(l))));
+        w.link(&tick, &ticks, (0..levels).map(|l| (l, 0, counted(l))));
+        w.link(&ticks, &early, spread(0, operators, 1.0));
         w.link(&early, &self.enabled, each(operators, -1.3));
-        costs
+        Costs { levels: latches, cost }
     }
 }
 

@@ -145,7 +145,7 @@ impl Module for GoalSetGraph {
             actions: w.scope.output("actions", actions.out),
             phases: control.phases.out,
             goals: goals.out,
-            costs: costs.out,
+            costs: costs.levels.out,
             utilities: choice.utilities.out,
             winner: choice.winner.out,
             slot: memory.slot.out,
