@@ -74,6 +74,9 @@ impl Module for Population {
     }
 }
 
+/// A link to a plain sum: two groups, and which item of the first leads to which of the second.
+type Summed = (String, String, Vec<(usize, usize)>);
+
 /// Adds groups and links to a scope.
 pub(super) struct Wiring<'a, 's> {
     pub scope: &'a mut Scope<'s>,
@@ -82,7 +85,7 @@ pub(super) struct Wiring<'a, 's> {
     reach: Reach,
     /// Names of plain sums, and what leads to them: from which item of which group to which item.
     sums: BTreeSet<String>,
-    summed: Vec<(String, String, Vec<(usize, usize)>)>,
+    summed: Vec<Summed>,
 }
 
 /// How many weights lead from each item of each group, by the name of the group.
