@@ -14,8 +14,11 @@ use symbolt::task::{ObjectPose, Recording, Snapshot, TaskError};
 
 use super::end::Outcome;
 use super::options::{Common, GroundingArgs, OutFile};
-use super::output::{not_both_standard_input, use_threads};
-use super::table::Grid;
+use super::output::{not_both_standard_input, use_threads, warn};
+use super::table::{Grid, counted};
+
+/// Most objects of which a warning tells that their attributes are unknown.
+const MOST_WARNED: usize = 5;
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ClassifyArgs {
@@ -90,7 +93,12 @@ impl Scenes {
                 Err(_) => return Err(TaskError::Input(fault).into()),
             },
         };
-        SubKinds::apply(sub_kinds, &mut recording, &attributes);
+        let left = SubKinds::apply(sub_kinds, &mut recording, &attributes);
+        left.iter().take(MOST_WARNED).for_each(|left| warn(&left.to_string()));
+        if left.len() > MOST_WARNED {
+            let more = counted(left.len() - MOST_WARNED, "more object");
+            warn(&format!("the attributes of {more} fit no part of their kind either"));
+        }
         Ok(Self { recording, single })
     }
 }

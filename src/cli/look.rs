@@ -20,12 +20,7 @@ pub(crate) fn read(domain: &Path, scene: &Path) -> Result<(RelationalDomain, Sna
     not_both_standard_input(("domain", domain), ("scene", scene))?;
     let domain = RelationalDomain::read(domain)?;
     let (mut scene, attributes) = Snapshot::read_attributed(scene)?;
-    for (id, kind, attribute) in domain.divide(&mut scene, &attributes) {
-        warn(&format!(
-            "`{id}` is in no state: its kind `{kind}` is divided by `{attribute}`, which it lacks or which has a value that \
-             no demonstration showed"
-        ));
-    }
+    domain.divide(&mut scene, &attributes).iter().for_each(|left| warn(&left.to_string()));
     Ok((domain, scene))
 }
 

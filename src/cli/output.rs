@@ -1,5 +1,6 @@
 //! Results to standard output, progress to standard error, and the checks that all commands share.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -189,7 +190,7 @@ impl Progress {
 
     /// Prints a step: as a line of its own, or in the spinner's line on a terminal.
     pub fn say(&self, what: impl Into<String>) {
-        let what = what.into();
+        let what = printable(&what.into()).into_owned();
         if self.lines {
             let _ = writeln!(std::io::stderr(), "{what}");
         }
@@ -205,7 +206,16 @@ impl Drop for Progress {
 
 /// Prints a warning to standard error, even with `--quiet`.
 pub(crate) fn warn(sentence: &str) {
-    let _ = writeln!(std::io::stderr(), "symbolt: warning: {sentence}");
+    let _ = writeln!(std::io::stderr(), "symbolt: warning: {}", printable(sentence));
+}
+
+/// Escapes control characters, which terminals obey. Ids and kinds come from files.
+pub(crate) fn printable(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return text.into();
+    }
+    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    text.chars().map(escape).collect::<String>().into()
 }
 
 /// Sets the number of worker threads.

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use super::view::{View, middle};
-use super::{Doubt, DoubtKind};
+use super::{Doubt, DoubtKind, Found};
 
 /// Distance by which a fixed object is elsewhere, in metres.
 const ELSEWHERE_M: f64 = 0.02;
@@ -15,8 +15,66 @@ const FIXED_M: f64 = 4e-3;
 /// Number of demonstrations in which something has to agree before one can disagree with it.
 const OTHERS: usize = 2;
 
-/// Number of demonstrations that are compared with all others: the cost grows with it and with their number.
-const MOST_COMPARED: usize = 200;
+/// Least and greatest number of demonstrations that are compared with all others.
+const COMPARED: [usize; 2] = [30, 200];
+/// Number of poses that are looked at for it: within the bounds, the more objects, the fewer demonstrations are compared.
+const LOOKS: usize = 3_000_000;
+
+/// Values by a name, each with the index of its demonstration, in order of the demonstrations.
+type Entries<'a, T> = BTreeMap<&'a str, Vec<(usize, T)>>;
+
+/// What the comparison needs of all demonstrations.
+struct Summary<'v, 'a> {
+    view: &'v View<'a>,
+    /// Where each id begins.
+    ids: Entries<'a, Vector3<f64>>,
+    /// Where the objects end that are alone of their kind.
+    ends: Entries<'a, Vector3<f64>>,
+    /// Heights from and to which objects of a kind are carried.
+    lifts: Entries<'a, [f64; 2]>,
+    /// The least height at which anything begins in each demonstration.
+    lowest: Vec<f64>,
+}
+
+impl<'v, 'a> Summary<'v, 'a> {
+    fn of(view: &'v View<'a>) -> Self {
+        let (mut ids, mut ends, mut lifts) = (Entries::new(), Entries::new(), Entries::new());
+        let mut lowest = vec![f64::MAX; view.demos.len()];
+        for (d, object, seen) in view.starts() {
+            ids.entry(object.id).or_default().push((d, seen.at));
+            lowest[d] = seen.at.z.min(lowest[d]);
+        }
+        for (d, demo) in view.demos.iter().enumerate() {
+            let mut last: BTreeMap<&str, (usize, Option<Vector3<f64>>)> = BTreeMap::new();
+            for object in &demo.objects {
+                let ended = object.last().map(|seen| seen.at);
+                let entry = last.entry(object.kind).or_insert((0, ended));
+                entry.0 += 1;
+                let Some((first, last)) = object.first().zip(ended) else { continue };
+                if (first.at - last).norm() > view.far_m() {
+                    lifts.entry(object.kind).or_default().push((d, [first.at.z, last.z]));
+                }
+            }
+            for (kind, (count, ended)) in last {
+                if let Some(at) = ended.filter(|_| count == 1) {
+                    ends.entry(kind).or_default().push((d, at));
+                }
+            }
+        }
+        Self { view, ids, ends, lifts, lowest }
+    }
+}
+
+/// Returns the values of a demonstration, and those of all others.
+fn apart<T: Copy>(
+    entries: &[(usize, T)],
+    demo: usize,
+) -> (impl Iterator<Item = T> + Clone, impl Iterator<Item = T> + Clone) {
+    let from = entries.partition_point(|(d, _)| *d < demo);
+    let to = entries.partition_point(|(d, _)| *d <= demo);
+    let own = entries[from..to].iter().map(|(_, value)| *value);
+    (own, entries[..from].iter().chain(&entries[to..]).map(|(_, value)| *value))
+}
 
 /// An object that is in one place at the start of the other demonstrations: the place, and where it is now.
 struct Anchor {
@@ -25,41 +83,46 @@ struct Anchor {
 }
 
 /// Returns the median of positions that all agree; `None` if some differ.
-fn agreed(view: &View<'_>, places: &[Vector3<f64>]) -> Option<Vector3<f64>> {
-    if places.len() < OTHERS {
+fn agreed(
+    view: &View<'_>,
+    places: impl Iterator<Item = Vector3<f64>> + Clone,
+) -> Option<Vector3<f64>> {
+    let most = FIXED_M + 6.0 * view.noise_m;
+    let first = places.clone().next()?;
+    // What is in several places is so in the first few demonstrations.
+    if places.clone().any(|p| (p - first).norm() > 2.0 * most) {
         return None;
     }
-    let median =
-        Vector3::from_fn(|i, _| middle(&mut places.iter().map(|p| p[i]).collect::<Vec<_>>()));
-    let near = |p: &Vector3<f64>| (p - median).norm() < FIXED_M + 6.0 * view.noise_m;
-    places.iter().all(near).then_some(median)
+    let axis = |i: usize| places.clone().map(|p| p[i]).collect::<Vec<f64>>();
+    let mut axes = [0, 1, 2].map(axis);
+    if axes[0].len() < OTHERS {
+        return None;
+    }
+    let median = Vector3::from_fn(|i, _| middle(&mut axes[i]));
+    places.clone().all(|p| (p - median).norm() < most).then_some(median)
 }
 
 /// Returns the objects that are in one place at the start of all demonstrations but `demo`.
-fn anchors(view: &View<'_>, demo: usize) -> Vec<Anchor> {
-    let mut starts: BTreeMap<&str, Vec<(usize, Vector3<f64>)>> = BTreeMap::new();
-    for (d, object, seen) in view.starts() {
-        starts.entry(object.id).or_default().push((d, seen.at));
-    }
-    let anchor = |places: Vec<(usize, Vector3<f64>)>| {
-        let now = places.iter().find(|(d, _)| *d == demo)?.1;
-        let others: Vec<Vector3<f64>> =
-            places.iter().filter(|(d, _)| *d != demo).map(|(_, at)| *at).collect();
-        Some(Anchor { usual: agreed(view, &others)?, now })
+fn anchors(all: &Summary<'_, '_>, demo: usize) -> Vec<Anchor> {
+    let anchor = |places: &Vec<(usize, Vector3<f64>)>| {
+        let (mut own, others) = apart(places, demo);
+        Some(Anchor { now: own.next()?, usual: agreed(all.view, others)? })
     };
-    starts.into_values().filter_map(anchor).collect()
+    all.ids.values().filter_map(anchor).collect()
 }
 
-/// Returns the kinds that begin at one height in all demonstrations but `demo`: that height, and the coordinates now.
-fn heights(view: &View<'_>, demo: usize) -> BTreeMap<String, (f64, Vec<Vector3<f64>>)> {
-    let near = FIXED_M + 6.0 * view.noise_m;
-    let kinds = view.starts_by_kind().into_iter().filter_map(|(kind, seen)| {
-        let (own, others): (Vec<_>, Vec<_>) = seen.into_iter().partition(|(d, _)| *d == demo);
-        let mut zs: Vec<f64> = others.iter().map(|(_, s)| s.at.z).collect();
+/// The kinds that begin at one height in all demonstrations but one: that height, and the coordinates in this one.
+type Heights<'a> = BTreeMap<&'a str, (f64, Vec<Vector3<f64>>)>;
+
+fn heights<'a>(all: &Summary<'_, 'a>, demo: usize) -> Heights<'a> {
+    let near = FIXED_M + 6.0 * all.view.noise_m;
+    let kinds = all.view.starts_by_kind.iter().filter_map(|(kind, seen)| {
+        let (own, others) = apart(seen, demo);
+        let own: Vec<Vector3<f64>> = own.map(|s| s.at).collect();
+        let mut zs: Vec<f64> = others.map(|s| s.at.z).collect();
         let usual = middle(&mut zs);
         let agree = zs.len() >= OTHERS && zs.iter().all(|z| (z - usual).abs() < near);
-        (agree && !own.is_empty())
-            .then(|| (kind.to_owned(), (usual, own.into_iter().map(|(_, s)| s.at).collect())))
+        (agree && !own.is_empty()).then_some((*kind, (usual, own)))
     });
     kinds.collect()
 }
@@ -86,21 +149,25 @@ const MANY: usize = 4;
 
 /// Returns where the objects of each kind begin in all demonstrations but `demo`. A few poses do not show the whole box, so it
 /// is half as wide again to each side, and as wide again if they are very few.
-fn boxes<'a>(view: &View<'a>, demo: usize) -> BTreeMap<&'a str, Region> {
-    let kinds = view.starts_by_kind().into_iter().filter_map(|(kind, seen)| {
-        let (own, others): (Vec<_>, Vec<_>) = seen.into_iter().partition(|(d, _)| *d == demo);
-        let end = |i: usize, sign: f64| {
-            let all = others.iter().map(|(_, s)| sign * s.at[i]);
-            sign * all.fold(f64::MAX, f64::min)
-        };
-        let share = if others.len() < 2 * MANY { 1.0 } else { 0.5 };
-        let wide = |i: usize| share * (end(i, -1.0) - end(i, 1.0)) + 0.01;
+fn boxes<'a>(all: &Summary<'_, 'a>, demo: usize) -> BTreeMap<&'a str, Region> {
+    let kinds = all.view.starts_by_kind.iter().filter_map(|(kind, seen)| {
+        let (own, others) = apart(seen, demo);
+        let now: Vec<Vector3<f64>> = own.map(|s| s.at).collect();
+        let count = seen.len() - now.len();
+        if count < MANY || now.is_empty() {
+            return None;
+        }
+        let (low, high) = others.fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), s| {
+            ([0, 1].map(|i| s.at[i].min(low[i])), [0, 1].map(|i| s.at[i].max(high[i])))
+        });
+        let share = if count < 2 * MANY { 1.0 } else { 0.5 };
+        let wide = |i: usize| share * (high[i] - low[i]) + 0.01;
         let region = Region {
-            low: [0, 1].map(|i| end(i, 1.0) - wide(i)),
-            high: [0, 1].map(|i| end(i, -1.0) + wide(i)),
-            now: own.into_iter().map(|(_, s)| s.at).collect(),
+            low: [0, 1].map(|i| low[i] - wide(i)),
+            high: [0, 1].map(|i| high[i] + wide(i)),
+            now,
         };
-        (others.len() >= MANY && !region.now.is_empty()).then_some((kind, region))
+        Some((*kind, region))
     });
     kinds.collect()
 }
@@ -147,31 +214,33 @@ fn region(view: &View<'_>, d: usize, place: &str, boxes: &BTreeMap<&str, Region>
 }
 
 /// All doubts about single demonstrations.
-pub(super) fn demonstrations(view: &View<'_>) -> Vec<Doubt> {
-    let mut all = Vec::new();
+pub(super) fn demonstrations(view: &View<'_>, found: &mut Found) {
     if view.demos.len() <= OTHERS {
-        return all;
+        return;
     }
-    for (d, demo) in view.demos.iter().enumerate().take(MOST_COMPARED) {
+    let all = Summary::of(view);
+    let poses = view.starts_by_kind.values().map(Vec::len).sum::<usize>().max(1);
+    let compared = (LOOKS / poses).clamp(COMPARED[0], COMPARED[1]);
+    let (mut own, mut disagree) = (Found::default(), 0);
+    for (d, demo) in view.demos.iter().enumerate().take(compared) {
+        let before = own.count();
         let place = format!("demonstration {}", demo.number);
-        let boxes = boxes(view, d);
-        let found = frame(view, d, &place)
-            .or_else(|| level(view, d, &place))
-            .or_else(|| region(view, d, &place, &boxes));
-        let other_frame = found.is_some();
-        all.extend(found);
-        if !other_frame {
-            all.extend(below(view, d));
-            all.extend(swapped(view, d, &place));
-            all.extend(backwards(view, d, &place));
+        let heights = heights(&all, d);
+        let other = frame(&all, d, &place)
+            .or_else(|| level(view, &heights, &place))
+            .or_else(|| region(view, d, &place, &boxes(&all, d)));
+        if other.is_none() {
+            below(&all, d, &heights, &mut own);
+            swapped(&all, d, &heights, &place, &mut own);
+            own.extend(backwards(&all, d, &place));
         }
+        own.extend(other);
+        disagree += usize::from(own.count() > before);
     }
     // If most demonstrations disagree with the others, nothing is usual.
-    let places: BTreeSet<&String> = all.iter().map(|d| &d.place).collect();
-    if 2 * places.len() > view.demos.len() && all.iter().all(|d| d.kind != DoubtKind::BelowTable) {
-        all.clear();
+    if 2 * disagree <= view.demos.len() || own.has(DoubtKind::BelowTable) {
+        found.take(own);
     }
-    all
 }
 
 fn shifted(place: &str, by: Vector3<f64>, count: usize) -> Doubt {
@@ -187,8 +256,8 @@ fn shifted(place: &str, by: Vector3<f64>, count: usize) -> Doubt {
 }
 
 /// A demonstration whose fixed objects are all elsewhere.
-fn frame(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
-    let anchors = anchors(view, d);
+fn frame(all: &Summary<'_, '_>, d: usize, place: &str) -> Option<Doubt> {
+    let (view, anchors) = (all.view, anchors(all, d));
     let far = |a: &Anchor| (a.now - a.usual).norm() > ELSEWHERE_M + 6.0 * view.noise_m;
     let count = anchors.len();
     if count == 0
@@ -251,8 +320,7 @@ fn axes(place: &str, seen: &str) -> Doubt {
 }
 
 /// A demonstration whose heights are all other than usual.
-fn level(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
-    let heights = heights(view, d);
+fn level(view: &View<'_>, heights: &Heights<'_>, place: &str) -> Option<Doubt> {
     let all: Vec<(f64, Vector3<f64>)> =
         heights.values().flat_map(|(usual, now)| now.iter().map(|at| (*usual, *at))).collect();
     let near = 5e-3 + 6.0 * view.noise_m;
@@ -287,120 +355,97 @@ fn level(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
 }
 
 /// Objects that begin lower than anything does in the other demonstrations, although their kind has a usual height.
-fn below(view: &View<'_>, d: usize) -> Vec<Doubt> {
-    let lowest = view
-        .starts()
-        .filter(|(other, ..)| *other != d)
-        .map(|(.., s)| s.at.z)
-        .fold(f64::MAX, f64::min);
-    let heights = heights(view, d);
-    let least = ELSEWHERE_M + 6.0 * view.noise_m;
-    let own = view.demos[d].objects.iter().filter_map(|o| Some((o, (*o.seen.first()?)?)));
-    own.filter_map(|(object, seen)| {
-        let (usual, _) = heights.get(object.kind)?;
-        (seen.at.z < lowest - least && seen.at.z < usual - least).then(|| Doubt::new(DoubtKind::BelowTable, format!("demonstration {}, `{}`", view.demos[d].number, object.id), format!(
-                "it begins at z = {:.3} m, below everything else, and its kind usually at {usual:.3} m",
-                seen.at.z
-            )))
-    })
-    .collect()
+fn below(all: &Summary<'_, '_>, d: usize, heights: &Heights<'_>, found: &mut Found) {
+    let others = all.lowest.iter().enumerate().filter(|(other, _)| *other != d);
+    let lowest = others.map(|(_, low)| *low).fold(f64::MAX, f64::min);
+    let least = ELSEWHERE_M + 6.0 * all.view.noise_m;
+    let demo = &all.view.demos[d];
+    for object in &demo.objects {
+        let start = object.seen.first().copied().flatten();
+        let Some((seen, (usual, _))) = start.zip(heights.get(object.kind)) else { continue };
+        let z = seen.at.z;
+        if z < lowest - least && z < usual - least {
+            found.push(DoubtKind::BelowTable, || {
+                let place = format!("demonstration {}, `{}`", demo.number, object.id);
+                let seen = format!(
+                    "it begins at z = {z:.3} m, below everything else, and its kind usually at {usual:.3} m"
+                );
+                Doubt::new(DoubtKind::BelowTable, place, seen)
+            });
+        }
+    }
+}
+
+/// A kind in a demonstration, with what tells it from others.
+struct Told<'h, 'a> {
+    kind: &'a str,
+    /// The usual height at the start, and the coordinates now.
+    low: Option<&'h (f64, Vec<Vector3<f64>>)>,
+    /// Where an object that is alone of its kind usually ends, and where it does now.
+    end: Option<(Vector3<f64>, Vector3<f64>)>,
 }
 
 /// Objects of two kinds that are where the other kind is in the other demonstrations.
-fn swapped(view: &View<'_>, d: usize, place: &str) -> Vec<Doubt> {
-    // What tells kinds apart: their height at the start and, if they are alone of their kind, where they begin and end.
-    let near = FIXED_M + 6.0 * view.noise_m;
-    let heights = heights(view, d);
-    let mut ends: BTreeMap<&str, Vec<(usize, Vector3<f64>)>> = BTreeMap::new();
-    for (i, demo) in view.demos.iter().enumerate() {
-        for object in &demo.objects {
-            let alone = demo.objects.iter().filter(|o| o.kind == object.kind).count() == 1;
-            if let Some(last) = object.last().filter(|_| alone) {
-                ends.entry(object.kind).or_default().push((i, last.at));
-            }
-        }
-    }
-    let mut fixed: BTreeMap<&str, (Vector3<f64>, Vector3<f64>)> = BTreeMap::new();
-    for (kind, places) in &ends {
-        let now = places.iter().find(|(i, _)| *i == d).map(|(_, at)| *at);
-        let others: Vec<_> = places.iter().filter(|(i, _)| *i != d).map(|(_, at)| *at).collect();
-        if let (Some(now), Some(usual)) = (now, agreed(view, &others)) {
-            fixed.insert(kind, (usual, now));
-        }
-    }
-    let of_kind = |kind: &str| {
-        let (usual, now) = heights.get(kind)?;
-        Some((*usual, move |z: f64| now.iter().any(|at| (at.z - z).abs() < near)))
-    };
-    let exchanged = |a: &str, b: &str| {
-        let low = of_kind(a)
-            .zip(of_kind(b))
-            .map(|((ua, is_a), (ub, is_b))| ((ua - ub).abs() > 2.0 * near, is_a(ub) && is_b(ua)));
-        let end = fixed.get(a).zip(fixed.get(b)).map(|((ua, na), (ub, nb))| {
-            let differ = (ua - ub).norm() > ELSEWHERE_M.max(2.0 * near);
-            (differ, (na - ub).norm() < 2.0 * near && (nb - ua).norm() < 2.0 * near)
+fn swapped(all: &Summary<'_, '_>, d: usize, heights: &Heights<'_>, place: &str, found: &mut Found) {
+    let near = FIXED_M + 6.0 * all.view.noise_m;
+    let differ = ELSEWHERE_M.max(2.0 * near);
+    let kinds: BTreeSet<&str> = heights.keys().chain(all.ends.keys()).copied().collect();
+    let told = kinds.into_iter().filter_map(|kind| {
+        let low = heights.get(kind);
+        let end = all.ends.get(kind).and_then(|places| {
+            let (mut own, others) = apart(places, d);
+            let now = own.next()?;
+            Some((agreed(all.view, others)?, now))
         });
-        let telling: Vec<bool> = [low, end]
-            .into_iter()
-            .flatten()
-            .filter(|(differ, _)| *differ)
-            .map(|(_, is)| is)
-            .collect();
-        !telling.is_empty() && telling.iter().all(|is| *is)
+        // What is where it always is was not exchanged.
+        let off = low.is_some_and(|(usual, now)| now.iter().any(|at| (at.z - usual).abs() > near))
+            || end.is_some_and(|(usual, now)| (now - usual).norm() > differ - 2.0 * near);
+        off.then_some(Told { kind, low, end })
+    });
+    let told: Vec<Told<'_, '_>> = told.collect();
+    let is = |now: &[Vector3<f64>], z: f64| now.iter().any(|at| (at.z - z).abs() < near);
+    let exchanged = |a: &Told<'_, '_>, b: &Told<'_, '_>| {
+        let low = a.low.zip(b.low).filter(|((ua, _), (ub, _))| (ua - ub).abs() > 2.0 * near);
+        let low = low.map(|((ua, na), (ub, nb))| is(na, *ub) && is(nb, *ua));
+        let end = a.end.zip(b.end).filter(|((ua, _), (ub, _))| (ua - ub).norm() > differ);
+        let end = end.map(|((ua, na), (ub, nb))| {
+            (na - ub).norm() < 2.0 * near && (nb - ua).norm() < 2.0 * near
+        });
+        low.or(end).is_some() && low.unwrap_or(true) && end.unwrap_or(true)
     };
-    let kinds: BTreeSet<&str> =
-        heights.keys().map(String::as_str).chain(fixed.keys().copied()).collect();
-    let mut all = Vec::new();
-    for a in &kinds {
-        for b in kinds.range::<str, _>((std::ops::Bound::Excluded(*a), std::ops::Bound::Unbounded))
-        {
-            if exchanged(a, b) {
-                all.push(
-                    Doubt::new(
-                        DoubtKind::SwappedIds,
-                        place,
-                        format!(
-                            "`{a}` and `{b}` are where the other is in the other demonstrations"
-                        ),
-                    )
-                    .ask(format!(
-                        "exchange `{a}` and `{b}` in this demonstration, or leave it out"
-                    )),
-                );
-            }
+    for (i, one) in told.iter().enumerate() {
+        for other in told[i + 1..].iter().filter(|other| exchanged(one, other)) {
+            found.push(DoubtKind::SwappedIds, || {
+                let (a, b) = (one.kind, other.kind);
+                let seen =
+                    format!("`{a}` and `{b}` are where the other is in the other demonstrations");
+                Doubt::new(DoubtKind::SwappedIds, place, seen)
+                    .ask(format!("exchange `{a}` and `{b}` in this demonstration, or leave it out"))
+            });
         }
     }
-    all
 }
 
 /// A demonstration that begins as the others end, and ends as they begin.
-fn backwards(view: &View<'_>, d: usize, place: &str) -> Option<Doubt> {
-    let (mut back, mut all) = (0, 0);
-    // Kinds that are lifted from one height to another, and lowered here.
-    let mut lifts: BTreeMap<&str, [Vec<[f64; 2]>; 2]> = BTreeMap::new();
-    for (i, demo) in view.demos.iter().enumerate() {
-        for object in &demo.objects {
-            let Some((first, last)) = object.first().zip(object.last()) else { continue };
-            if (first.at - last.at).norm() > view.far_m() {
-                let [own, others] = lifts.entry(object.kind).or_default();
-                if i == d { own } else { others }.push([first.at.z, last.at.z]);
-            }
+fn backwards(all: &Summary<'_, '_>, d: usize, place: &str) -> Option<Doubt> {
+    let (mut back, mut count) = (0, 0);
+    let near = FIXED_M + 6.0 * all.view.noise_m;
+    let is = |h: &[f64; 2], to: [f64; 2]| (0..2).all(|i| (h[i] - to[i]).abs() < near);
+    for lifts in all.lifts.values() {
+        let (own, others) = apart(lifts, d);
+        let own: Vec<[f64; 2]> = own.collect();
+        if own.is_empty() || lifts.len() - own.len() <= OTHERS {
+            continue;
+        }
+        let usual = [0, 1].map(|i| middle(&mut others.clone().map(|h| h[i]).collect::<Vec<_>>()));
+        let agree = others.clone().all(|h| is(&h, usual));
+        // Kinds that are lifted from one height to another, and lowered here.
+        if agree && (usual[0] - usual[1]).abs() > 0.01 + 12.0 * all.view.noise_m {
+            count += own.len();
+            back += own.iter().filter(|h| is(h, [usual[1], usual[0]])).count();
         }
     }
-    for [own, others] in
-        lifts.values().filter(|[own, others]| !own.is_empty() && others.len() > OTHERS)
-    {
-        let usual = [0, 1].map(|i| middle(&mut others.iter().map(|h| h[i]).collect::<Vec<_>>()));
-        let near = |h: &[f64; 2], to: [f64; 2]| {
-            (0..2).all(|i| (h[i] - to[i]).abs() < FIXED_M + 6.0 * view.noise_m)
-        };
-        let agree = others.iter().all(|h| near(h, usual));
-        if agree && (usual[0] - usual[1]).abs() > 0.01 + 12.0 * view.noise_m {
-            all += own.len();
-            back += own.iter().filter(|h| near(h, [usual[1], usual[0]])).count();
-        }
-    }
-    (back >= 1 && back == all).then(|| {
+    (back >= 1 && back == count).then(|| {
         Doubt::new(
             DoubtKind::Disagreement,
             place,

@@ -1,7 +1,5 @@
 //! Doubts about the frame of reference: which axis points up, whether it is upright, and whether it stands still.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::turns::reordered;
@@ -22,7 +20,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Returns the axis along which the resting heights of each kind agree; `None` if the poses do not tell.
 pub(super) fn level(view: &View<'_>) -> Option<usize> {
     let mut votes = [0; 3];
-    for seen in view.starts_by_kind().values().filter(|seen| seen.len() >= 3) {
+    for seen in view.starts_by_kind.values().filter(|seen| seen.len() >= 3) {
         let over = |axis: usize| spread(seen.iter().map(|(_, s)| s.at[axis]));
         for (axis, vote) in votes.iter_mut().enumerate() {
             let others = (0..3).filter(|a| *a != axis).all(|a| over(a) > WIDE_M);
@@ -39,7 +37,7 @@ pub(super) fn level(view: &View<'_>) -> Option<usize> {
 /// Share of the kinds whose z axis points along a direction when objects of the kind begin to rest.
 pub(super) fn along(view: &View<'_>, up: Vector3<f64>) -> f64 {
     let near = (0.1 + 3.0 * view.noise_rad).min(0.5).cos();
-    let kinds = view.starts_by_kind();
+    let kinds = &view.starts_by_kind;
     let points = |seen: &&Vec<(usize, Seen)>| {
         let own = seen.iter().filter(|(_, s)| (s.turn * Vector3::z()).dot(&up) > near);
         2 * own.count() > seen.len()
@@ -72,16 +70,27 @@ fn stacked(view: &View<'_>) -> (usize, usize) {
     (above, below)
 }
 
+/// Returns whether any object is carried to another coordinate along an axis.
+fn lifted(view: &View<'_>, axis: usize) -> bool {
+    let far = LEVEL_M + 6.0 * view.noise_m;
+    let mut ends = view
+        .demos
+        .iter()
+        .flat_map(|demo| &demo.objects)
+        .filter_map(|object| Some(object.last()?.at[axis] - object.first()?.at[axis]));
+    ends.any(|by| by.abs() > far)
+}
+
 /// Doubts about which way is up.
 pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     let level = level(view);
     if let Some(axis) = level.filter(|axis| *axis != 2) {
         // A recording whose bodies stand along y as well is right in a frame with y up.
-        let convention = axis == 1 && {
-            let y = along(view, Vector3::y()).max(along(view, -Vector3::y()));
-            y > along(view, Vector3::z())
-        };
-        if convention {
+        let up = Vector3::ith(axis, 1.0);
+        let (own, z) = (along(view, up).max(along(view, -up)), along(view, Vector3::z()));
+        // What stands along z and is never lifted along the axis is moved about on a wall.
+        let wall = z > own && !lifted(view, axis);
+        if wall || axis == 1 && own > z {
             return Vec::new();
         }
         return vec![
@@ -102,7 +111,10 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     let lowered = high < 5e-3 && low < -5e-3;
     let (above, below) = stacked(view);
     let sinks = below >= 2 && below > 2 * above;
-    let hangs = along(view, -Vector3::z()) > 0.69 && along(view, Vector3::z()) == 0.0;
+    // What is put onto other things rests on them: only z upwards shows that, wherever the table stands.
+    let rests = above >= 2 && above > 2 * below;
+    let stands = along(view, Vector3::z());
+    let hangs = along(view, -Vector3::z()) > 0.69 && stands == 0.0;
     // Most objects begin on the table, which is the lowest plane, and not the highest.
     let top = heights.iter().filter(|h| high - **h < 0.25 * (high - low)).count();
     let ceiling = high - low > 0.01 && 10 * top > 6 * heights.len();
@@ -110,7 +122,10 @@ pub(super) fn up(view: &View<'_>) -> Vec<Doubt> {
     let floor = high - low > 0.01 && 10 * floor > 6 * heights.len();
     // A table at 0 with everything below it.
     let under = high > -0.06 && !floor;
-    if lowered && (sinks || hangs || ceiling || under) || hangs && !floor && !reordered(view) {
+    // Where things stand upright, their heights alone do not tell.
+    let heights = stands <= 0.69 && (hangs || ceiling || under);
+    let down = lowered && (sinks || heights) || hangs && !floor && !reordered(view);
+    if down && !rests {
         let seen = if lowered {
             format!("z is {low:.3} to {high:.3} m at the start: nothing is above 0")
         } else {
@@ -195,10 +210,9 @@ fn common_axis(view: &View<'_>) -> Option<Vector3<f64>> {
 
 /// Returns the normal of parallel planes, one a kind, on which objects begin.
 pub(super) fn plane(view: &View<'_>) -> Option<Vector3<f64>> {
-    let kinds: BTreeMap<&str, Vec<(usize, Seen)>> = view.starts_by_kind();
     let mut pooled = Matrix3::zeros();
     let mut freedom = 0usize;
-    for seen in kinds.values().filter(|seen| seen.len() >= 3) {
+    for seen in view.starts_by_kind.values().filter(|seen| seen.len() >= 3) {
         let mean = seen.iter().map(|(_, s)| s.at).sum::<Vector3<f64>>() / seen.len() as f64;
         for (_, s) in seen {
             pooled += (s.at - mean) * (s.at - mean).transpose();

@@ -12,9 +12,7 @@ pub enum DoubtKind {
     TimeUnit,
     /// Quaternions have another order than x, y, z, w.
     QuaternionOrder,
-    /// Orientations are not of norm 1.
-    QuaternionNorm,
-    /// Angles are degrees in place of quaternions, or have another unit.
+    /// Angles have another unit than was taken for theirs.
     AngleUnit,
     /// Another axis than z points up.
     UpAxis,
@@ -73,16 +71,7 @@ impl DoubtKind {
                 "import the log with `quaternion` set to `wxyz`, or move the first number of \
                  `orientation` to the end",
             ),
-            Self::QuaternionNorm => (
-                "quaternion_norm",
-                "a quaternion of a rotation has the norm 1",
-                "check the columns of the quaternion in the mapping",
-            ),
-            Self::AngleUnit => (
-                "angle_unit",
-                "",
-                "name the columns as a rotation with `angle` `deg` or `rad` in the mapping",
-            ),
+            Self::AngleUnit => ("angle_unit", "", ""),
             Self::UpAxis => (
                 "up_axis",
                 "its axes are probably in another order than those of the others",

@@ -1,6 +1,6 @@
 //! Doubts about recordings: what is implausible in the data, or disagrees within it, and which reading would make sense.
 //!
-//! [`doubts`] examines a [`Recording`], [`doubts_of_tracks`] poses over time that are not yet one. Neither changes anything.
+//! [`doubts`] examines a [`Recording`] and changes nothing.
 //! Each [`Doubt`] says what was seen, with figures, which reading would make sense, and how to ask for it.
 //!
 //! Thresholds come from the spread of the data itself, whose noise is estimated, and from what is possible where one hand works;
@@ -14,6 +14,7 @@ mod scale;
 mod turns;
 mod view;
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
@@ -62,28 +63,13 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// The poses of one object over time, as a log has them.
-#[derive(Debug, Clone, Copy)]
-pub struct PoseTrack<'a> {
-    /// Number of the session: tracks of one session are examined together.
-    pub session: u64,
-    /// Id of the object.
-    pub id: &'a str,
-    /// Kind of the object.
-    pub kind: &'a str,
-    /// Times, in seconds.
-    pub times_s: &'a [f64],
-    /// Positions in metres, one for each time.
-    pub positions: &'a [[f64; 3]],
-    /// Orientations as quaternions `[x, y, z, w]`, one for each time, or none.
-    pub orientations: &'a [[f64; 4]],
-}
-
-/// Greatest number of doubts of one kind that are returned. More of them say nothing new.
+/// Greatest number of doubts of one kind that are returned. More of them say nothing new, so the last says how many there are.
 const MOST_OF_A_KIND: usize = 5;
 
 /// Returns what is doubtful in a recording. The cost grows with the number of poses, and with the square of the number of
-/// objects in a snapshot.
+/// objects in a snapshot. At least the first 30 demonstrations are compared with all others, and the first 200 where together
+/// they begin with up to 15,000 objects. Of each kind of doubt, the first five are returned, of which the fifth says how many
+/// more there are.
 ///
 /// ```
 /// use symbolt::sim::Seed;
@@ -100,67 +86,86 @@ const MOST_OF_A_KIND: usize = 5;
 /// assert_eq!(doubts(&recording)[0].kind, DoubtKind::LengthUnit);
 /// ```
 pub fn doubts(recording: &Recording) -> Vec<Doubt> {
-    examine(&View::of(recording))
+    let mut found = Found::default();
+    examine(&View::of(recording), &mut found);
+    found.doubts()
 }
 
-/// Returns what is doubtful in tracks: what [`doubts`] finds in their poses at up to 64 moments of each session, and what only
-/// tracks can have, such as norms and times. Times, positions and orientations beyond the shortest list are left out.
-pub fn doubts_of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
-    let mut all = scale::of_tracks(tracks);
-    let unsound = all.iter().any(|d| d.kind == DoubtKind::AngleUnit);
-    all.extend(examine(&View::of_tracks(tracks, unsound)));
-    limited(all)
-}
-
-fn examine(view: &View<'_>) -> Vec<Doubt> {
-    let mut all = scale::units(view);
+fn examine(view: &View<'_>, found: &mut Found) {
     // In a wrong unit, lengths say nothing else.
-    if all.is_empty() {
-        all.extend(frame::up(view));
-        if all.is_empty() {
-            all.extend(turns::order(view));
+    if !scale::units(view, found) {
+        let before = found.count();
+        found.extend(frame::up(view));
+        if found.count() == before {
+            found.extend(turns::order(view));
         }
         // What follows takes the frame for right.
-        let upright = all.is_empty();
-        all.extend(frame::camera(view));
+        let upright = found.count() == before;
+        found.extend(frame::camera(view));
         if upright {
-            all.extend(turns::handed(view));
+            found.extend(turns::handed(view));
         }
-        let still = !all.iter().any(|d| d.kind == DoubtKind::MovingCamera);
-        if still {
-            all.extend(moves::moves(view));
-            all.extend(compare::demonstrations(view));
+        if !found.has(DoubtKind::MovingCamera) {
+            moves::moves(view, found);
+            compare::demonstrations(view, found);
         }
     }
-    let metric = !all.iter().any(|d| d.kind == DoubtKind::LengthUnit);
-    all.extend(scale::times(view, metric));
+    let metric = !found.has(DoubtKind::LengthUnit);
+    scale::times(view, metric, found);
     // A single snapshot is a scene.
-    if view.demos.len() == 1 && view.demos[0].len() > 1 && !view.tracks {
-        all.push(Doubt::new(DoubtKind::FewDemonstrations, "", "there is one demonstration"));
+    if view.demos.len() == 1 && view.demos[0].len() > 1 {
+        let seen = "there is one demonstration";
+        found.extend([Doubt::new(DoubtKind::FewDemonstrations, "", seen)]);
     }
-    limited(all)
 }
 
-/// Escapes control characters.
-fn printable(text: String) -> String {
-    if !text.contains(char::is_control) {
-        return text;
-    }
-    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
-    text.chars().map(escape).collect()
+/// The doubts found: the first of each kind, and how many more there are.
+#[derive(Default)]
+struct Found {
+    kept: Vec<Doubt>,
+    more: BTreeMap<DoubtKind, usize>,
 }
 
-/// Keeps the first doubts of each kind.
-fn limited(all: Vec<Doubt>) -> Vec<Doubt> {
-    let mut kept: Vec<Doubt> = Vec::new();
-    for doubt in all {
-        let same = kept.iter().filter(|d| d.kind == doubt.kind);
-        if same.count() < MOST_OF_A_KIND && !kept.contains(&doubt) {
-            // Ids come from files, and sentences go to terminals.
-            let Doubt { kind, place, seen, reading, ask } = doubt;
-            let [place, seen, reading, ask] = [place, seen, reading, ask].map(printable);
-            kept.push(Doubt { kind, place, seen, reading, ask });
+impl Found {
+    fn has(&self, kind: DoubtKind) -> bool {
+        self.kept.iter().any(|doubt| doubt.kind == kind)
+    }
+
+    /// Takes a doubt, or counts it if there are many of its kind. A recording can give millions, so only those that are kept
+    /// are put into words.
+    fn push(&mut self, kind: DoubtKind, doubt: impl FnOnce() -> Doubt) {
+        if self.kept.iter().filter(|d| d.kind == kind).count() == MOST_OF_A_KIND {
+            *self.more.entry(kind).or_default() += 1;
+            return;
+        }
+        let doubt = doubt();
+        if !self.kept.contains(&doubt) {
+            self.kept.push(doubt);
         }
     }
-    kept
+
+    fn extend(&mut self, doubts: impl IntoIterator<Item = Doubt>) {
+        doubts.into_iter().for_each(|doubt| self.push(doubt.kind, || doubt));
+    }
+
+    fn count(&self) -> usize {
+        self.kept.len() + self.more.values().sum::<usize>()
+    }
+
+    fn take(&mut self, other: Self) {
+        self.extend(other.kept);
+        for (kind, more) in other.more {
+            *self.more.entry(kind).or_default() += more;
+        }
+    }
+
+    /// Returns the doubts. The last of a kind says how many more there are.
+    fn doubts(mut self) -> Vec<Doubt> {
+        for (kind, more) in self.more {
+            if let Some(last) = self.kept.iter_mut().rev().find(|doubt| doubt.kind == kind) {
+                last.seen += &format!(", and there are {more} more such");
+            }
+        }
+        self.kept
+    }
 }

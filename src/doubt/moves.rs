@@ -5,20 +5,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use super::view::{Demo, Object, View, spread};
-use super::{Doubt, DoubtKind};
+use super::{Doubt, DoubtKind, Found};
 use crate::task::recording::SnapshotEvent;
 
-/// Distance below which two objects of a kind are in each other, in metres: no part is so thin and carried by a hand.
+/// Distance below which two objects of a kind are in each other, in metres, if they stay so: few parts are so thin.
 const INSIDE_M: f64 = 1.5e-3;
 
 /// Number of movements while nothing is held beyond which other hands are at work, and not a tracker that errs.
 const MOST_LOOSE: usize = 100;
 /// Turn beyond which an object was turned on purpose, in radians.
 const TURNED_RAD: f64 = 0.5;
-
-fn at(demo: &Demo<'_>, snapshot: usize) -> String {
-    format!("demonstration {}, snapshot {snapshot}", demo.number)
-}
 
 /// How far an object moved from a snapshot to another, in metres.
 fn moved(object: &Object<'_>, from: usize, to: usize) -> Option<f64> {
@@ -30,15 +26,14 @@ fn turned(object: &Object<'_>, from: usize, to: usize) -> Option<f64> {
 }
 
 /// All doubts about movements.
-pub(super) fn moves(view: &View<'_>) -> Vec<Doubt> {
-    let (mut all, swapped) = swaps(view);
-    all.extend(labels(view, &swapped));
-    all.extend(jumps(view, &swapped));
-    all.extend(repeats(view));
-    let labelled = !all.iter().any(|d| d.kind == DoubtKind::WrongObject);
-    all.extend(still(view, labelled));
-    all.extend(inside(view));
-    all
+pub(super) fn moves(view: &View<'_>, found: &mut Found) {
+    let swapped = swaps(view, found);
+    found.extend(labels(view, &swapped));
+    jumps(view, &swapped, found);
+    repeats(view, found);
+    let labelled = !found.has(DoubtKind::WrongObject);
+    found.extend(still(view, labelled));
+    inside(view, found);
 }
 
 /// Two ids that are exchanged from a snapshot on.
@@ -49,8 +44,8 @@ struct Swap<'a> {
 }
 
 /// An object that is where another was, while that one is elsewhere.
-fn swaps<'a>(view: &View<'a>) -> (Vec<Doubt>, Vec<Swap<'a>>) {
-    let (mut all, mut swapped) = (Vec::new(), Vec::new());
+fn swaps<'a>(view: &View<'a>, found: &mut Found) -> Vec<Swap<'a>> {
+    let mut swapped = Vec::new();
     for demo in &view.demos {
         let mut known: BTreeSet<(usize, usize)> = BTreeSet::new();
         for s in 1..demo.len() {
@@ -85,10 +80,10 @@ fn swaps<'a>(view: &View<'a>) -> (Vec<Doubt>, Vec<Swap<'a>>) {
                             snapshot: s,
                             ids: [one.id, other.id],
                         });
-                        all.push(
+                        found.push(DoubtKind::SwappedIds, || {
                             Doubt::new(
                                 DoubtKind::SwappedIds,
-                                at(demo, s),
+                                demo.place(s),
                                 format!(
                                     "`{}` is where `{}` was, which is elsewhere now",
                                     one.id, other.id
@@ -98,14 +93,14 @@ fn swaps<'a>(view: &View<'a>) -> (Vec<Doubt>, Vec<Swap<'a>>) {
                             .ask(format!(
                                 "exchange `{}` and `{}` from there on, or leave it out",
                                 one.id, other.id
-                            )),
-                        );
+                            ))
+                        });
                     }
                 }
             }
         }
     }
-    (all, swapped)
+    swapped
 }
 
 /// A named object that lies still while another moves.
@@ -151,7 +146,7 @@ fn labels(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
             wrong.push(Wrong {
                 doubt: Doubt::new(
                     DoubtKind::WrongObject,
-                    at(demo, hold.from),
+                    demo.place(hold.from),
                     format!(
                         "`object` is `{}`, which moved by {:.1} mm, while `{}` moved by {:.0} mm",
                         named.id,
@@ -183,9 +178,9 @@ fn labels(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
 }
 
 /// Movements that no hand and no fall explains.
-fn jumps(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
+fn jumps(view: &View<'_>, swapped: &[Swap<'_>], found: &mut Found) {
     let least = 0.02 + view.same_m();
-    let mut all = Vec::new();
+    let swapped: BTreeSet<(u64, usize)> = swapped.iter().map(|w| (w.demo, w.snapshot)).collect();
     let (moves, mut loose) = (steps(view, least), 0);
     for (d, demo) in view.demos.iter().enumerate() {
         let len = demo.len();
@@ -198,8 +193,7 @@ fn jumps(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
                     continue;
                 };
                 let far = (now.at - before.at).norm();
-                let swap = |w: &Swap<'_>| w.demo == demo.number && w.snapshot == s;
-                if far < least || swapped.iter().any(swap) {
+                if far < least || swapped.contains(&(demo.number, s)) {
                     continue;
                 }
                 let next = object.seen.get(s + 1).copied().flatten();
@@ -212,18 +206,17 @@ fn jumps(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
                             ((b.at - a.at) - (now.at - before.at)).norm() < 5e-3
                         })
                 });
-                let doubt = |seen: String| {
-                    Doubt::new(DoubtKind::Jump, at(demo, s), seen).ask(format!(
-                        "leave `{}` out of the snapshots in which it is elsewhere",
-                        object.id
-                    ))
+                let mut doubt = |what: &str, then: &str| {
+                    found.push(DoubtKind::Jump, || {
+                        let seen = format!("`{}`{what} {:.0} mm {then}", object.id, far * 1e3);
+                        Doubt::new(DoubtKind::Jump, demo.place(s), seen).ask(format!(
+                            "leave `{}` out of the snapshots in which it is elsewhere",
+                            object.id
+                        ))
+                    });
                 };
                 if returns && !named(s) && !with && (view.events || far > 0.1) {
-                    all.push(doubt(format!(
-                        "`{}` is {:.0} mm away in one snapshot and back in the next",
-                        object.id,
-                        far * 1e3
-                    )));
+                    doubt(" is", "away in one snapshot and back in the next");
                     continue;
                 }
                 let came_back = s >= 2 && {
@@ -238,11 +231,7 @@ fn jumps(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
                 let fixed =
                     moves.get(object.kind) == Some(&1) && (now.at - before.at).z.abs() < 0.01;
                 if held && !named(s - 1) && fixed && far > 0.1 {
-                    all.push(doubt(format!(
-                        "`{}`, which the hand does not hold, is {:.0} mm away all at once",
-                        object.id,
-                        far * 1e3
-                    )));
+                    doubt(", which the hand does not hold, is", "away all at once");
                 } else if !held {
                     // What was just released may fall, and roll to the floor.
                     let released = demo.events[s - 1] == Some(SnapshotEvent::Release);
@@ -250,20 +239,14 @@ fn jumps(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
                     if fell {
                         continue;
                     }
-                    let text = format!(
-                        "`{}` moves by {:.0} mm while the hand holds nothing",
-                        object.id,
-                        far * 1e3
-                    );
                     loose += 1;
                     if fixed || loose <= MOST_LOOSE && strange(view, (d, o, s), now.at) {
-                        all.push(doubt(text));
+                        doubt(" moves by", "while the hand holds nothing");
                     }
                 }
             }
         }
     }
-    all
 }
 
 /// Returns how many steps of each kind move an object by more than `least`, in metres. Kinds that are touched are left out.
@@ -295,8 +278,9 @@ fn strange(view: &View<'_>, (d, own, snapshot): (usize, usize, usize), at: Vecto
             all.extend(object.seen[..until].iter().flatten().map(|s| s.at));
         }
     }
-    let wide = (0..3).map(|i| spread(all.iter().map(|p| p[i]))).fold(0.0, f64::max);
-    all.len() >= 20 && beyond(&all, at) > 0.05 + 0.5 * wide
+    let far = beyond(&all, at);
+    let wide = || (0..3).map(|i| spread(all.iter().map(|p| p[i]))).fold(0.0, f64::max);
+    all.len() >= 20 && far > 0.05 && far > 0.05 + 0.5 * wide()
 }
 
 /// How far a position is from the box around others, in metres.
@@ -310,24 +294,22 @@ fn beyond(all: &[Vector3<f64>], at: Vector3<f64>) -> f64 {
 }
 
 /// Snapshots that are recorded twice.
-fn repeats(view: &View<'_>) -> Vec<Doubt> {
-    let mut all = Vec::new();
+fn repeats(view: &View<'_>, found: &mut Found) {
     for demo in &view.demos {
         for s in 1..demo.len() {
             let same = |o: &Object<'_>| o.seen[s] == o.seen[s - 1];
             let event = demo.events[s];
-            let timed = demo.times_s[s].is_some() && demo.times_s[s] == demo.times_s[s - 1];
-            let again = event.is_some() && event == demo.events[s - 1];
-            if again && !timed && demo.objects.iter().all(same) {
-                all.push(Doubt::new(
-                    DoubtKind::DuplicateTime,
-                    at(demo, s),
-                    "it repeats the snapshot before it, event and all",
-                ));
+            // Equal times are told of by themselves, and unequal ones are of two moments.
+            let timed = demo.times_s[s].is_some() && demo.times_s[s - 1].is_some();
+            let again = event == demo.events[s - 1] && demo.named[s] == demo.named[s - 1];
+            if event.is_some() && again && !timed && demo.objects.iter().all(same) {
+                found.push(DoubtKind::DuplicateTime, || {
+                    let seen = "it repeats the snapshot before it, event and all";
+                    Doubt::new(DoubtKind::DuplicateTime, demo.place(s), seen)
+                });
             }
         }
     }
-    all
 }
 
 /// Kinds that are touched and never move if the labels are right, demonstrations in which nothing does, and poses that stay to the bit.
@@ -368,7 +350,7 @@ fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
         if after >= 2 {
             all.push(Doubt::new(
                 DoubtKind::Frozen,
-                at(demo, from),
+                demo.place(from),
                 format!("no pose changes any more, through {after} grasps"),
             ));
         }
@@ -408,32 +390,28 @@ fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
     all
 }
 
-/// Objects of a kind that begin in the same place.
-fn inside(view: &View<'_>) -> Vec<Doubt> {
-    let mut all = Vec::new();
+/// Objects of a kind that begin in the same place and stay together, or do so to the bit. Thin things in a stack are parted.
+fn inside(view: &View<'_>, found: &mut Found) {
     for demo in &view.demos {
         for (i, one) in demo.objects.iter().enumerate() {
             for other in &demo.objects[..i] {
                 let pair = one.seen[0].zip(other.seen[0]);
                 let Some((a, b)) = pair.filter(|_| one.kind == other.kind) else { continue };
                 let far = (a.at - b.at).norm();
-                if far < INSIDE_M {
-                    all.push(
-                        Doubt::new(
-                            DoubtKind::SamePlace,
-                            at(demo, 0),
-                            format!(
-                                "`{}` and `{}` are {:.1} mm apart",
-                                other.id,
-                                one.id,
-                                far * 1e3
-                            ),
-                        )
-                        .ask(format!("leave `{}` out", one.id)),
-                    );
+                let together = || {
+                    let pairs = one.seen.iter().zip(&other.seen);
+                    let mut pairs = pairs.filter_map(|(a, b)| (*a).zip(*b));
+                    pairs.all(|(a, b)| (a.at - b.at).norm() < INSIDE_M)
+                };
+                if far < INSIDE_M && (a.at == b.at || together()) {
+                    found.push(DoubtKind::SamePlace, || {
+                        let [one, other] = [one.id, other.id];
+                        let seen = format!("`{other}` and `{one}` are {:.1} mm apart", far * 1e3);
+                        Doubt::new(DoubtKind::SamePlace, demo.place(0), seen)
+                            .ask(format!("leave `{one}` out"))
+                    });
                 }
             }
         }
     }
-    all
 }

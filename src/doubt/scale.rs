@@ -1,10 +1,12 @@
-//! Doubts about units: lengths, times, norms and angles.
+//! Doubts about units of lengths and times.
 
 use super::view::{Demo, View, middle};
-use super::{Doubt, DoubtKind, PoseTrack};
+use super::{Doubt, DoubtKind, Found};
 
 /// Largest extent of a scene, in metres. A hand reaches about 2 m to each side, and rails or a second arm add a little.
 const WIDEST_M: f64 = 5.0;
+/// Largest extent of a scene in which a robot drives, in metres.
+const DRIVEN_M: f64 = 50.0;
 /// Smallest extent of a scene in which anything is carried, in metres. Hands do not place things within less.
 const NARROWEST_M: f64 = 0.012;
 /// The usual extent of a table scene, in metres. Of several readings, the nearest to it comes first.
@@ -38,9 +40,8 @@ fn extent(demo: &Demo<'_>, without: Option<&str>) -> Option<f64> {
     all.get(all.len() / 2).copied()
 }
 
-/// The extent of the whole: the median of the demonstrations', or, with lone objects, how far these move.
-fn whole(view: &View<'_>, without: Option<&str>) -> Option<f64> {
-    let mut all: Vec<f64> = view.demos.iter().filter_map(|d| extent(d, without)).collect();
+/// The extent of the whole, given those of the demonstrations: the median of the demonstrations', or, with lone objects, how far these move.
+fn whole(view: &View<'_>, without: Option<&str>, mut all: Vec<f64>) -> Option<f64> {
     let lone = || {
         let far = view.demos.iter().flat_map(|d| &d.objects).filter(|o| Some(o.kind) != without);
         let far = far.filter_map(|o| Some((o.last()?.at - o.first()?.at).norm()));
@@ -100,23 +101,31 @@ fn unit(place: String, metres: f64, what: &str) -> Doubt {
         .ask(ask)
 }
 
-/// Doubts about the unit of lengths.
-pub(super) fn units(view: &View<'_>) -> Vec<Doubt> {
-    let Some(metres) = whole(view, None) else { return Vec::new() };
+/// Doubts about the unit of lengths. Returns whether lengths say nothing else.
+pub(super) fn units(view: &View<'_>, found: &mut Found) -> bool {
+    let all: Vec<Vec<f64>> = view.demos.iter().map(|demo| extents(demo, None)).collect();
+    let medians: Vec<Option<f64>> = all.iter().map(|e| e.get(e.len() / 2).copied()).collect();
+    let Some(metres) = whole(view, None, medians.iter().copied().flatten().collect()) else {
+        return false;
+    };
     let fits = |m: f64| (NARROWEST_M..WIDEST_M).contains(&m);
     if metres > 0.0 && !fits(metres) {
         let kinds: std::collections::BTreeSet<&str> =
             view.demos.iter().flat_map(|d| &d.objects).map(|o| o.kind).collect();
         // One kind in another unit makes the whole too wide.
-        let odd = (kinds.len() > 2 && metres > WIDEST_M)
-            .then(|| kinds.iter().find(|kind| whole(view, Some(kind)).is_some_and(fits)));
+        let odd = (kinds.len() > 2 && metres > WIDEST_M).then(|| {
+            kinds.iter().find(|kind| {
+                let own = view.demos.iter().filter_map(|demo| extent(demo, Some(kind))).collect();
+                whole(view, Some(kind), own).is_some_and(fits)
+            })
+        });
         if let Some(kind) = odd.flatten() {
             let place = format!("objects of kind `{kind}`");
-            return vec![unit(place, metres, "with them, the scene is")];
+            found.extend([unit(place, metres, "with them, the scene is")]);
+            return true;
         }
     }
     // Some demonstrations in another unit than the rest.
-    let medians: Vec<Option<f64>> = view.demos.iter().map(|d| extent(d, None)).collect();
     let known: Vec<f64> = medians.iter().copied().flatten().filter(|e| *e > 0.0).collect();
     let sound = known.iter().copied().filter(|e| fits(*e)).count();
     let usual = middle(&mut if sound > 0 {
@@ -128,37 +137,43 @@ pub(super) fn units(view: &View<'_>) -> Vec<Doubt> {
         .filter_map(|(d, e)| Some((d, (*e)?)))
         // In every snapshot: an object alone may be missing, or far.
         .filter(|(d, _)| {
-            let all = extents(&view.demos[*d], None);
-            let ends = all.first().zip(all.last());
+            let ends = all[*d].first().zip(all[*d].last());
             ends.is_some_and(|(low, high)| {
                 *high > 0.0 && (low / usual > OTHER_SCALE || usual / high > OTHER_SCALE)
             })
         })
         .collect();
     if !odd.is_empty() && odd.len() < known.len() && known.len() > 1 {
-        return odd
-            .into_iter()
-            .map(|(d, e)| {
-                let place = format!("demonstration {}", view.demos[d].number);
-                let what = format!("the others are {} wide, this scene is", length(usual));
-                if fits(e) {
-                    let ratio = if e > usual { e / usual } else { usual / e };
-                    return Doubt {
-                        kind: DoubtKind::LengthUnit,
-                        place,
-                        seen: format!("{what} {}: {ratio:.0} times", length(e)),
-                        reading: "it has another unit than the others".into(),
-                        ask: "import its session by itself, with its own `length`".into(),
-                    };
-                }
-                unit(place, e, &what)
-            })
-            .collect();
+        let doubts = odd.into_iter().map(|(d, e)| {
+            let place = format!("demonstration {}", view.demos[d].number);
+            let what = format!("the others are {} wide, this scene is", length(usual));
+            if fits(e) {
+                let ratio = if e > usual { e / usual } else { usual / e };
+                return Doubt {
+                    kind: DoubtKind::LengthUnit,
+                    place,
+                    seen: format!("{what} {}: {ratio:.0} times", length(e)),
+                    reading: "it has another unit than the others".into(),
+                    ask: "import its session by itself, with its own `length`".into(),
+                };
+            }
+            unit(place, e, &what)
+        });
+        found.extend(doubts);
+        return true;
     }
-    if metres > 0.0 && !fits(metres) {
-        return vec![unit(String::new(), metres, "the scene is")];
+    if metres == 0.0 || fits(metres) {
+        return false;
     }
-    Vec::new()
+    let doubt = unit(String::new(), metres, "the scene is");
+    let drives = (WIDEST_M..DRIVEN_M).contains(&metres);
+    let reading = if drives {
+        doubt.reading.clone() + ", or the robot drives"
+    } else {
+        doubt.reading.clone()
+    };
+    found.extend([doubt.reading(reading)]);
+    !drives
 }
 
 /// Greatest usual speed of a hand that picks, carries and places, in metres a second. Arms and people are slower.
@@ -167,6 +182,8 @@ const FASTEST_M_S: f64 = 3.0;
 const LONGEST_STEP_S: f64 = 300.0;
 /// A usual time from one snapshot to the next, in seconds.
 const USUAL_STEP_S: f64 = 2.0;
+/// Time below which a slow task may take it from one snapshot to the next, in seconds: an hour.
+const SLOWEST_S: f64 = 3600.0;
 /// Units of time, with their number in a second.
 const CLOCKS: [(&str, f64); 3] = [("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
 
@@ -175,15 +192,15 @@ fn clock(place: String, step: f64, usual: f64, what: &str) -> Doubt {
         let off = |(_, per_s): &(&str, f64)| (step / per_s / usual).ln().abs();
         off(a).total_cmp(&off(b))
     };
+    let slow = if step < SLOWEST_S { ", or the task is slow" } else { "" };
     let (name, per_s) = CLOCKS.iter().min_by(nearest).copied().unwrap_or(CLOCKS[0]);
     Doubt::new(DoubtKind::TimeUnit, place, format!("{what} are {step:.0} s apart"))
-        .reading(format!("the times are probably {name} ({:.2} s)", step / per_s))
+        .reading(format!("the times are probably {name} ({:.2} s){slow}", step / per_s))
         .ask(format!("import the log with `time_unit` set to `{name}`, or divide `t` by {per_s:e}"))
 }
 
 /// Doubts about the times of snapshots. Speeds count only if lengths are `metric`.
-pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
-    let mut all = Vec::new();
+pub(super) fn times(view: &View<'_>, metric: bool, found: &mut Found) {
     let step = |demo: &Demo<'_>| {
         let pairs = demo.times_s.windows(2).filter_map(|p| Some(p[1]? - p[0]?));
         let mut steps: Vec<f64> = pairs.filter(|step| *step > 0.0).collect();
@@ -193,14 +210,14 @@ pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
     let mut known: Vec<f64> = steps.iter().copied().flatten().collect();
     let usual = middle(&mut known);
     if usual > LONGEST_STEP_S {
-        all.push(clock(String::new(), usual, USUAL_STEP_S, "snapshots"));
+        found.extend([clock(String::new(), usual, USUAL_STEP_S, "snapshots")]);
     } else if known.len() > 1 {
         for (demo, step) in view.demos.iter().zip(&steps) {
             let Some(step) = step.filter(|s| *s > LONGEST_STEP_S && *s > 100.0 * usual) else {
                 continue;
             };
             let place = format!("demonstration {}", demo.number);
-            all.push(clock(place, step, usual, "its snapshots"));
+            found.extend([clock(place, step, usual, "its snapshots")]);
         }
     }
     let mut speeds: Vec<f64> = Vec::new();
@@ -221,88 +238,20 @@ pub(super) fn times(view: &View<'_>, metric: bool) -> Vec<Doubt> {
             if now > before {
                 continue;
             }
-            all.push(
+            found.push(DoubtKind::DuplicateTime, || {
                 Doubt::new(
                     DoubtKind::DuplicateTime,
-                    format!("demonstration {}, snapshot {s}", demo.number),
+                    demo.place(s),
                     format!("its time of {now} s is that of the snapshot before it"),
                 )
                 .reading("one of the two is recorded twice, or the clock stood")
-                .ask("leave the repeated line out, or record with a finer clock"),
-            );
+                .ask("leave the repeated line out, or record with a finer clock")
+            });
         }
     }
     let speed = middle(&mut speeds);
     if metric && speed > FASTEST_M_S {
-        all.push(Doubt::new(
-            DoubtKind::TimeUnit,
-            "",
-            format!("objects are carried at {speed:.0} m/s"),
-        ));
+        let seen = format!("objects are carried at {speed:.0} m/s");
+        found.extend([Doubt::new(DoubtKind::TimeUnit, "", seen)]);
     }
-    all
-}
-
-/// Doubts that only tracks can have: norms, angles, and times as a log has them.
-pub(super) fn of_tracks(tracks: &[PoseTrack<'_>]) -> Vec<Doubt> {
-    let mut all = Vec::new();
-    for track in tracks {
-        let place = format!("session {}, `{}`", track.session, track.id);
-        let norms = track.orientations.iter().map(|q| q.iter().map(|v| v * v).sum::<f64>().sqrt());
-        let mut norms: Vec<f64> = norms.filter(|n| n.is_finite()).collect();
-        let norm = middle(&mut norms);
-        let greatest = track.orientations.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
-        if !norms.is_empty() && greatest > 1.5 {
-            all.push(
-                Doubt::new(
-                    DoubtKind::AngleUnit,
-                    place.clone(),
-                    format!("numbers of its orientations reach {greatest:.1}"),
-                )
-                .reading(if greatest > 6.4 {
-                    "they are probably Euler angles in degrees, not quaternions"
-                } else {
-                    "they are probably Euler angles in radians, not quaternions"
-                }),
-            );
-        } else if !norms.is_empty() && (norm - 1.0).abs() > 1e-2 {
-            all.push(Doubt::new(
-                DoubtKind::QuaternionNorm,
-                place.clone(),
-                format!("its quaternions have the norm {norm:.3}"),
-            ));
-        }
-        let times = track.times_s;
-        let back = times.windows(2).position(|t| t[1] < t[0]);
-        let twice = times.windows(2).filter(|t| t[1] == t[0]).count();
-        if let Some(at) = back {
-            all.push(
-                Doubt::new(
-                    DoubtKind::DuplicateTime,
-                    place.clone(),
-                    format!("row {}: {} s follows {} s", at + 1, times[at + 1], times[at]),
-                )
-                .reading("a new session begins there, or rows are out of order")
-                .ask("give the column of the session, or sort the rows"),
-            );
-        } else if twice > 0 {
-            all.push(
-                Doubt::new(
-                    DoubtKind::DuplicateTime,
-                    place.clone(),
-                    format!("{twice} of {} times occur twice", times.len()),
-                )
-                .reading("rows are repeated, or the clock is too coarse")
-                .ask("leave repeated rows out of the log"),
-            );
-        }
-        let mut steps: Vec<f64> =
-            times.windows(2).map(|t| t[1] - t[0]).filter(|s| *s > 0.0).collect();
-        let step = middle(&mut steps);
-        // A stream of more than a hundred poses, one every few seconds, is not a stream of one demonstration.
-        if steps.len() > 100 && step > 4.0 {
-            all.push(clock(place, step, 0.03, "its rows"));
-        }
-    }
-    all
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::PoseTrack;
 use crate::robot::Pose;
 use crate::task::recording::{Demonstration, Recording, SnapshotEvent};
 
@@ -26,8 +25,12 @@ pub(super) struct Object<'a> {
 /// A demonstration.
 pub(super) struct Demo<'a> {
     pub number: u64,
+    /// Number of each snapshot, as recorded.
+    pub numbers: Vec<u64>,
     pub times_s: Vec<Option<f64>>,
     pub events: Vec<Option<SnapshotEvent>>,
+    /// Index of the named object of each snapshot, if any.
+    pub named: Vec<Option<usize>>,
     pub objects: Vec<Object<'a>>,
     /// The holds, in order.
     pub holds: Vec<Hold>,
@@ -51,8 +54,8 @@ pub(super) struct View<'a> {
     pub demos: Vec<Demo<'a>>,
     /// Whether the recording has events.
     pub events: bool,
-    /// Whether it is made of tracks.
-    pub tracks: bool,
+    /// The poses at the start, by kind, each with the index of its demonstration.
+    pub starts_by_kind: BTreeMap<&'a str, Vec<(usize, Seen)>>,
     /// Standard deviation of the coordinates of objects that rest, in metres.
     pub noise_m: f64,
     /// Standard deviation of the angle of objects that rest, in radians.
@@ -62,8 +65,6 @@ pub(super) struct View<'a> {
 /// Greatest noise of a pose that is of use, in metres and radians.
 const NOISIEST_M: f64 = 5e-3;
 const NOISIEST_RAD: f64 = 0.1;
-/// Moments of a session that are looked at, where a log has many.
-const MOMENTS: usize = 64;
 
 impl Seen {
     pub fn of(pose: &Pose) -> Self {
@@ -111,22 +112,32 @@ impl<'a> Demo<'a> {
             let snapshot = &demo.snapshots[s];
             known.get(&*snapshot.objects.get(snapshot.object?)?.id).copied()
         };
+        let named: Vec<Option<usize>> = (0..count).map(named).collect();
         let mut holds = Vec::new();
-        let mut open: Option<(Option<usize>, usize)> = None;
+        // Two hands hold two things at a time, if each is named.
+        let mut open: Vec<(Option<usize>, usize)> = Vec::new();
         for (s, snapshot) in demo.snapshots.iter().enumerate() {
-            match (snapshot.event, open) {
-                (Some(SnapshotEvent::Contact), _) => open = Some((named(s), s)),
-                (Some(SnapshotEvent::Release), Some((object, from))) => {
+            let own = named[s];
+            match snapshot.event {
+                Some(SnapshotEvent::Contact) => {
+                    open.retain(|(held, _)| own.is_some() && held.is_some() && *held != own);
+                    open.push((own, s));
+                }
+                Some(SnapshotEvent::Release) => {
+                    let of = open.iter().rposition(|(held, _)| own.is_some() && *held == own);
+                    let Some(index) = of.or(open.len().checked_sub(1)) else { continue };
+                    let (object, from) = open.remove(index);
                     holds.push(Hold { object, from, released: s, to: (s + 1).min(count - 1) });
-                    open = None;
                 }
                 _ => {}
             }
         }
         Self {
             number: demo.number,
+            numbers: demo.snapshots.iter().map(|s| s.number).collect(),
             times_s: demo.snapshots.iter().map(|s| s.time_s).collect(),
             events: demo.snapshots.iter().map(|s| s.event).collect(),
+            named,
             objects,
             holds,
         }
@@ -134,6 +145,11 @@ impl<'a> Demo<'a> {
 
     pub fn len(&self) -> usize {
         self.times_s.len()
+    }
+
+    /// Returns the place of a snapshot in words.
+    pub fn place(&self, snapshot: usize) -> String {
+        format!("demonstration {}, snapshot {}", self.number, self.numbers[snapshot])
     }
 
     /// Returns whether the hand holds something between a snapshot and the next.
@@ -147,51 +163,10 @@ impl<'a> View<'a> {
         let demos: Vec<Demo<'a>> =
             recording.demos.iter().filter(|d| !d.snapshots.is_empty()).map(Demo::new).collect();
         let events = demos.iter().any(|d| d.events.iter().any(Option::is_some));
-        Self::with_noise(demos, events, false)
+        Self::with_noise(demos, events)
     }
 
-    /// A view of tracks, without their orientations if `upright` is set.
-    pub fn of_tracks(tracks: &[PoseTrack<'a>], upright: bool) -> Self {
-        let mut sessions: BTreeMap<u64, Vec<&PoseTrack<'a>>> = BTreeMap::new();
-        tracks.iter().for_each(|track| sessions.entry(track.session).or_default().push(track));
-        let demos = sessions.into_iter().filter_map(|(number, tracks)| {
-            let ends =
-                |track: &&PoseTrack<'a>| Some((*track.times_s.first()?, *track.times_s.last()?));
-            let (starts, stops): (Vec<f64>, Vec<f64>) = tracks.iter().filter_map(ends).unzip();
-            let from = starts.into_iter().filter(|t| t.is_finite()).reduce(f64::min)?;
-            let to = stops.into_iter().filter(|t| t.is_finite()).reduce(f64::max)?;
-            let at = |i: usize| from + (to - from) * i as f64 / (MOMENTS - 1) as f64;
-            let object = |track: &&PoseTrack<'a>| {
-                let count = track.times_s.len().min(track.positions.len());
-                let seen = |i: usize| {
-                    let next = track.times_s[..count].partition_point(|t| *t < at(i));
-                    let near = next.min(count.checked_sub(1)?);
-                    // Farther from the moment than two moments, the object is missing.
-                    let far =
-                        (track.times_s[near] - at(i)).abs() > 2.0 * (to - from) / MOMENTS as f64;
-                    let [x, y, z, w] = match track.orientations.get(near) {
-                        Some(q) if !upright => *q,
-                        _ => [0.0, 0.0, 0.0, 1.0],
-                    };
-                    let turn = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9)?;
-                    let at = Vector3::from(track.positions[near]);
-                    let finite = at.iter().chain(turn.coords.iter()).all(|v| v.is_finite());
-                    (finite && !far).then_some(Seen { at, turn })
-                };
-                Object { id: track.id, kind: track.kind, seen: (0..MOMENTS).map(seen).collect() }
-            };
-            Some(Demo {
-                number,
-                times_s: vec![None; MOMENTS],
-                events: vec![None; MOMENTS],
-                objects: tracks.iter().map(object).collect(),
-                holds: Vec::new(),
-            })
-        });
-        Self::with_noise(demos.collect(), false, true)
-    }
-
-    fn with_noise(demos: Vec<Demo<'a>>, events: bool, tracks: bool) -> Self {
+    fn with_noise(demos: Vec<Demo<'a>>, events: bool) -> Self {
         let (mut steps, mut turns) = (Vec::new(), Vec::new());
         for object in demos.iter().flat_map(|d| &d.objects) {
             for pair in object.seen.windows(2) {
@@ -205,7 +180,13 @@ impl<'a> View<'a> {
         // More than the limits is no noise of a pose: everything moves.
         let noise_m = (middle(&mut steps) / 2.2).min(NOISIEST_M);
         let noise_rad = (middle(&mut turns) / 2.2).min(NOISIEST_RAD);
-        Self { demos, events, tracks, noise_m, noise_rad }
+        let mut view = Self { demos, events, starts_by_kind: BTreeMap::new(), noise_m, noise_rad };
+        let mut kinds: BTreeMap<&str, Vec<(usize, Seen)>> = BTreeMap::new();
+        for (d, object, seen) in view.starts() {
+            kinds.entry(object.kind).or_default().push((d, seen));
+        }
+        view.starts_by_kind = kinds;
+        view
     }
 
     /// Distance within which two poses are the same, in metres.
@@ -225,15 +206,6 @@ impl<'a> View<'a> {
             demo.objects.iter().filter_map(move |o| Some((d, o, (*o.seen.first()?)?)))
         })
     }
-
-    /// The poses at the start, by kind.
-    pub fn starts_by_kind(&self) -> BTreeMap<&'a str, Vec<(usize, Seen)>> {
-        let mut kinds: BTreeMap<&str, Vec<(usize, Seen)>> = BTreeMap::new();
-        for (d, object, seen) in self.starts() {
-            kinds.entry(object.kind).or_default().push((d, seen));
-        }
-        kinds
-    }
 }
 
 /// The median; 0 of nothing.
@@ -245,8 +217,10 @@ pub(super) fn middle(values: &mut [f64]) -> f64 {
 /// The difference of the ninth and the first decile: a spread that a few strangers do not change.
 pub(super) fn spread(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1);
-    let at = |share: f64| values.get((share * last as f64).round() as usize).copied();
-    at(0.9).zip(at(0.1)).map_or(0.0, |(high, low)| high - low)
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
+    let mut at = |share: f64| {
+        let index = (share * last as f64).round() as usize;
+        *values.select_nth_unstable_by(index, f64::total_cmp).1
+    };
+    at(0.9) - at(0.1)
 }

@@ -14,7 +14,7 @@ mod pattern;
 pub(crate) mod topics;
 
 pub use maps::{DatasetMap, PoseDatasets, Take, TopicMap};
-pub(crate) use pattern::Pattern;
+pub(crate) use pattern::captured;
 pub use pattern::fits;
 
 /// A fault in a log without lines: the topic or the dataset, what was found, and what was expected.

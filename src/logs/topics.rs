@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::maps::{Take, TopicMap};
 use super::messages::Shape;
-use super::pattern::Pattern;
+use super::pattern::fits;
 
 /// What is asked of a log.
 pub(crate) struct Asked<'a> {
@@ -79,7 +79,7 @@ pub(crate) fn is_finger(patterns: &[String], joint: &str) -> bool {
         let name = joint.to_lowercase();
         return name.contains("finger") || name.contains("gripper");
     }
-    patterns.iter().any(|pattern| Pattern::fits(pattern, joint))
+    patterns.iter().any(|pattern| fits(pattern, joint))
 }
 
 /// Words at the end of a topic's name that say what it gives, not of which object.
@@ -157,7 +157,7 @@ impl Topic {
     /// Makes a topic without messages.
     pub fn of(name: &str, kind: &str, asked: &Asked<'_>) -> Self {
         let shape = Shape::of(kind);
-        let given = asked.topics.iter().find(|topic| Pattern::fits(&topic.topic, name)).cloned();
+        let given = asked.topics.iter().find(|topic| fits(&topic.topic, name)).cloned();
         let meaning = match (&given, shape) {
             _ if (asked.ignores)(name) => None,
             (Some(map), _) => Some(map.take),
@@ -218,8 +218,7 @@ impl Topic {
 
     /// Returns whether an object is taken.
     pub fn takes(&self, id: &str) -> bool {
-        self.map.objects.is_empty()
-            || self.map.objects.iter().any(|pattern| Pattern::fits(pattern, id))
+        self.map.objects.is_empty() || self.map.objects.iter().any(|pattern| fits(pattern, id))
     }
 }
 

@@ -13,8 +13,9 @@ const CODE: &str = include_str!("../../assets/import/page.js");
 const MOST: usize = 60_000;
 const MOST_OF_A_TRACK: usize = 1_500;
 
-/// Returns a page in HTML that shows what was imported. It opens offline. Long tracks are thinned out, so that the page
-/// has at most a few megabytes.
+/// Returns a page in HTML that shows what was imported. It opens offline. Tracks and signals are thinned out: together
+/// the tracks have at most 60,000 samples, or 20 each if there are more than 3,000, so that the page of a usual log has at
+/// most a few megabytes. A sample is about 40 bytes.
 pub fn import_page(imported: &Imported) -> String {
     let parts = imported.sessions.iter().flat_map(|session| &session.parts);
     let tracks = parts.map(|part| part.tracks.len() + 1).sum::<usize>().max(1);
@@ -49,7 +50,7 @@ pub fn import_page(imported: &Imported) -> String {
         "sessions": imported.sessions.iter().map(session).collect::<Vec<_>>(),
         "events": events, "objects": objects, "notes": notes, "rows": imported.rows,
     });
-    filled(PAGE, CODE, &data)
+    filled(PAGE, &[], &data, CODE)
 }
 
 /// Returns a number with as many digits as a curve shows.

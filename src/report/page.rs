@@ -60,32 +60,30 @@ impl Write for Escaped<'_> {
 pub(super) fn html(data: &impl Serialize) -> String {
     let library = |code: &str| format!("data:text/javascript;base64,{}", base64(code.as_bytes()));
     let imports = json!({"imports": {"three": library(THREE), "three/orbit": library(ORBIT)}});
+    let (imports, code) = (imports.to_string(), CODE.concat());
+    filled(PAGE, &[("{{style}}", STYLE), ("{{imports}}", &imports)], data, &code)
+}
+
+/// Fills a page with texts at their marks, in order, and then with its data and its code.
+pub(super) fn filled(
+    page: &str,
+    texts: &[(&str, &str)],
+    data: &impl Serialize,
+    code: &str,
+) -> String {
     let mut html = Vec::with_capacity(2_000_000);
-    let mut rest = PAGE;
-    for mark in ["{{style}}", "{{imports}}", "{{data}}", "{{code}}"] {
+    let mut rest = page;
+    for (mark, text) in texts.iter().chain(&[("{{data}}", ""), ("{{code}}", code)]) {
         let (before, after) = rest.split_once(mark).unwrap_or((rest, ""));
         html.extend(before.bytes());
-        match mark {
-            "{{style}}" => html.extend(STYLE.bytes()),
-            "{{imports}}" => html.extend(imports.to_string().bytes()),
-            "{{code}}" => html.extend(CODE.concat().bytes()),
+        if *mark == "{{data}}" {
             // Data of numbers and text are always JSON.
-            _ => drop(serde_json::to_writer(Escaped(&mut html), data)),
+            drop(serde_json::to_writer(Escaped(&mut html), data));
         }
+        html.extend(text.bytes());
         rest = after;
     }
     html.extend(rest.bytes());
-    String::from_utf8(html).unwrap_or_default()
-}
-
-/// Returns a page of its own with its data and code.
-pub(super) fn filled(page: &str, code: &str, data: &impl Serialize) -> String {
-    let mut html = Vec::new();
-    let (before, rest) = page.split_once("{{data}}").unwrap_or((page, ""));
-    html.extend(before.bytes());
-    // Data of numbers and text are always JSON.
-    drop(serde_json::to_writer(Escaped(&mut html), data));
-    html.extend(rest.replace("{{code}}", code).bytes());
     String::from_utf8(html).unwrap_or_default()
 }
 

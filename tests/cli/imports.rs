@@ -58,12 +58,40 @@ fn a_dry_run_prints_a_mapping_that_reads_the_same() {
     std::fs::write(at.join("a.csv"), log("cup_1")).expect("written");
     let (code, out, _) = run(at, &["import", "a.csv", "--dry-run", "--kind", "cup*=mug"]);
     assert_eq!(code, 0);
+    let (_, said, _) = run(at, &["import", "a.csv", "--dry-run", "--page", "dry.html"]);
+    assert!(said.contains("symbolt-import") && at.join("dry.html").exists(), "{said}");
+    let (_, said, _) = run(at, &["import", "a.csv"]);
+    assert!(said.contains("No recording was written; `--out FILE` writes one."), "{said}");
     let mapping = &out[out.find("\n{\n").expect("a mapping")..];
     std::fs::write(at.join("m.json"), mapping).expect("written");
     let (_, one, err) = run(at, &["import", "a.csv", "--map", "m.json", "--out", "-"]);
     let (_, other, _) = run(at, &["import", "a.csv", "--kind", "cup*=mug", "--out", "-"]);
     assert!(!one.is_empty() && one.contains("\"kind\":\"mug\""), "{one} {err}");
     assert_eq!(one, other);
+    // Three columns of a rotation that may be either, and tables whose clocks have units of their own.
+    let (mut turned, mut objects) = ("time,id,x,y,z,rx,ry,rz\n".to_owned(), String::new());
+    let mut robot = "time,gripper_width\n".to_owned();
+    for row in log("cup_1").lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let t: f64 = cells[0].parse().expect("a time");
+        turned += &format!("{},1.2,1.3,0.4\n", cells[..5].join(","));
+        objects += &format!("{:.0},{}\n", t * 1e3, cells[1..5].join(","));
+        robot += &format!("{t:.2},{}\n", if cells[5] == "1" { 30 } else { 80 });
+    }
+    std::fs::write(at.join("turned.csv"), turned).expect("written");
+    std::fs::write(at.join("t_robot.csv"), robot).expect("written");
+    std::fs::write(at.join("t_objects.csv"), "time_ms,id,x,y,z\n".to_owned() + &objects)
+        .expect("written");
+    for files in [&["turned.csv"][..], &["t_objects.csv", "t_robot.csv"]] {
+        let import = |more: &[&str]| run(at, &[&["import"], files, more].concat());
+        let (_, out, err) = import(&["--dry-run"]);
+        let mapping = &out[out.find("\n{\n").expect(&err)..];
+        std::fs::write(at.join("m.json"), mapping).expect("written");
+        let (_, one, err) = import(&["--map", "m.json", "--out", "-"]);
+        let (_, other, _) = import(&["--out", "-"]);
+        assert_eq!(one.lines().count(), 4, "{one} {err}");
+        assert_eq!(one, other, "{mapping}");
+    }
 }
 
 #[test]
@@ -99,6 +127,7 @@ fn what_cannot_be_read_is_refused_with_its_place() {
             "field `nobody`: there is no such column; expected one of: time, body",
         ),
         (&["import", "a.csv", "--kind", "cup"], "--kind cup: must be ID=KIND"),
+        (&["import", "a.csv", "--page", "-"], "--page -: must be a file"),
         (&["import", "a.csv", "--gap", "-1"], "--gap -1: must be more than 0 seconds"),
     ] {
         let (code, _, err) = run(at, args);

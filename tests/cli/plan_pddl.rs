@@ -72,3 +72,30 @@ fn a_goal_with_alternatives_is_planned_without_a_hidden_action() {
     let names = json["actions"].as_array().unwrap().iter().map(|a| a["action"].as_str().unwrap());
     assert!(names.into_iter().all(|name| name.starts_with("(grab ")), "{json}");
 }
+
+#[test]
+fn standard_input_for_both_files_is_refused_without_waiting_for_it() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("symbolt"))
+        .args(["plan", "-", "-"])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    // It is not closed before the program ends.
+    let input = child.stdin.take();
+    let output = child.wait_with_output().expect("it ends");
+    drop(input);
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert!(err.contains("cannot both come from standard input"), "{err}");
+}
+
+#[test]
+fn a_list_that_is_not_closed_is_told_with_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("broken.pddl");
+    std::fs::write(&file, "(define (domain d)\n(define (problem p))").expect("written");
+    let (code, err, _) = plan(&[file.to_str().expect("a name")]);
+    assert_eq!(code, Some(2));
+    assert!(err.contains("line 1, column 1: this list is not closed"), "{err}");
+}

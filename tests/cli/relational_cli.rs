@@ -367,6 +367,32 @@ fn a_recording_in_millimetres_is_doubted_and_still_read() {
 }
 
 #[test]
+fn escape_codes_in_ids_do_not_reach_the_terminal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let mut recording = worlds::named("tower").expect("a world").record(5, Seed::new(1));
+    for object in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots[0].objects) {
+        object.pose = Pose::at([0.0; 3]);
+    }
+    for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
+        for object in &mut snapshot.objects {
+            object.id = format!("{}\u{1b}[2J", object.id).into();
+            object.kind = format!("{}\u{1b}[2J", object.kind).into();
+        }
+    }
+    std::fs::write(path.join("demos.jsonl"), recording.to_jsonl(None).expect("text"))
+        .expect("a file");
+    for command in ["check", "learn"] {
+        let ran = run(path, &[command, "demos.jsonl"]);
+        assert!(ran.err.contains("\\u{1b}[2J"), "{command}: {}", ran.err);
+        assert!(!(ran.err + &ran.out).contains('\u{1b}'), "{command}");
+    }
+    let ran = run(path, &["check", "demos.jsonl", "--json"]);
+    let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert!(found["warnings"].to_string().contains("\\u001b[2J"), "{found}");
+}
+
+#[test]
 fn objects_of_one_kind_are_sorted_by_an_attribute() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
@@ -388,6 +414,28 @@ fn objects_of_one_kind_are_sorted_by_an_attribute() {
     std::fs::write(path.join("demos.jsonl"), mixed(1, 5)).expect("a file");
     let said = ok(path, &["learn", "demos.jsonl", "--out", "domain.json"]);
     assert!(said.contains("Kinds divided by an attribute") && said.contains("colour"), "{said}");
+    // One part of the second demonstration has no colour. That is said, and said once.
+    let without = |line: &str| {
+        let mut line: Value = serde_json::from_str(line).expect("JSON");
+        let second = line["demo"] == 1;
+        let objects = line["objects"].as_array_mut().expect("objects").iter_mut();
+        if let Some(part) =
+            objects.filter(|o| second && o["kind"] == "part").min_by_key(|o| o["id"].to_string())
+        {
+            part.as_object_mut().expect("an object").remove("attributes");
+        }
+        line.to_string()
+    };
+    let lacking: Vec<String> = mixed(1, 5).lines().map(without).collect();
+    std::fs::write(path.join("lacking.jsonl"), lacking.join("\n")).expect("a file");
+    let ran = run(path, &["learn", "lacking.jsonl"]);
+    let said = format!("{}{}", ran.out, ran.err).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(said.matches("`colour` would divide `part`").count(), 1, "{said}");
+    let found: Value =
+        serde_json::from_str(&ok(path, &["learn", "lacking.jsonl", "--json"])).expect("JSON");
+    let remarks = found["remarks"].as_array().expect("remarks");
+    let would = remarks.iter().find(|remark| remark["kind"] == "would_divide").expect("a remark");
+    assert!(would["text"].as_str().expect("a text").contains("lacks it"), "{would}");
     let scene = mixed(9, 1).lines().next().expect("a line").to_owned();
     std::fs::write(path.join("scene.json"), &scene).expect("a file");
     let states = ok(path, &["classify", "domain.json", "scene.json", "--json"]);
@@ -399,5 +447,7 @@ fn objects_of_one_kind_are_sorted_by_an_attribute() {
     let unseen = scene.replacen(&format!("\"{}\"", SORTED[0]), "\"green\"", 1);
     std::fs::write(path.join("scene.json"), unseen).expect("a file");
     let ran = run(path, &["actions", "domain.json", "--scene", "scene.json"]);
+    assert!(ran.err.contains("is divided by `colour`"), "{}", ran.err);
+    let ran = run(path, &["classify", "domain.json", "scene.json"]);
     assert!(ran.err.contains("is divided by `colour`"), "{}", ran.err);
 }

@@ -360,6 +360,17 @@ fn a_goal_with_alternatives_is_reached_and_its_hidden_operator_is_not_in_the_pla
 }
 
 #[test]
+fn an_exists_of_a_negation_over_hundreds_of_objects_is_one_action() {
+    let objects: String = (0..600).map(|i| format!("o{i} ")).collect();
+    let (domain, problem) = parse(
+        "(define (domain d) (:predicates (near ?x ?y) (done ?x))
+            (:action a :parameters (?x) :precondition (exists (?y) (not (near ?x ?y))) :effect (done ?x)))",
+        &format!("(define (problem p) (:domain d) (:objects {objects}) (:init) (:goal (done o7)))"),
+    );
+    assert_eq!(Grounded::new(&domain, &problem).unwrap().operators.len(), 600);
+}
+
+#[test]
 fn quantifiers_and_alternatives_that_multiply_are_refused_with_their_number() {
     let objects: String = (0..1000).map(|i| format!("o{i} ")).collect();
     let refused = |condition: &str, effect: &str| {

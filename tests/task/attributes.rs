@@ -6,9 +6,9 @@ use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::task::classify::Classifier;
 use symbolt::task::compile::Problem;
-use symbolt::task::domain::{RelationalDomain, SubKinds};
+use symbolt::task::domain::{RelationalDomain, SubKind, SubKinds, Undivided};
 use symbolt::task::event::Ignore;
-use symbolt::task::learn::{Learned, Settings, divide, learn_attributed};
+use symbolt::task::learn::{Learned, Remark, Settings, divide, learn_attributed};
 use symbolt::task::planner::{PlannerBuild, PlannerKind, SceneEnd};
 use symbolt::task::{
     Attribute, Attributes, Demonstration, ObjectPose, Recording, Snapshot, SnapshotEvent,
@@ -226,15 +226,78 @@ fn an_attribute_decides_beside_others_and_not_from_two_objects() {
 }
 
 #[test]
+fn an_object_without_a_colour_or_one_exception_is_not_passed_over_in_silence() {
+    // The first part of the second demonstration.
+    let lacks = |part: u64, to: usize| if part == 1004 { Vec::new() } else { colour(part, to) };
+    let odd = |part: u64, to: usize| colour(part, if part == 1004 { 1 - to } else { to });
+    let long = |part: u64, to: usize| {
+        let to = if part == 1004 { 1 - to } else { to };
+        vec![("length", Attribute::Number([0.03, 0.05][to] + 0.004 * share(part, 0, 1)))]
+    };
+    let long: OfPart = long;
+    let worlds: [(OfPart, &str, bool); 3] =
+        [(lacks, "colour", true), (odd, "colour", false), (long, "length", false)];
+    for (part, attribute, lacks) in worlds {
+        let learned = learned(&Sorting { part, ..COLOURS });
+        assert!(learned.domain.sub_kinds.is_empty());
+        let (kind, id) = ("part".into(), "part_0".into());
+        let attribute = attribute.into();
+        let said = Remark::WouldDivide { kind, attribute, id, demo: 1, more: 0, lacks };
+        assert!(learned.remarks.contains(&said), "{:?}", learned.remarks);
+    }
+    let either = |part: u64, _: usize| colour(part, usize::from(share(part, 0, 2) < 0.5));
+    for seed in 1..=10 {
+        let learned = learned(&Sorting { part: either, seed, ..COLOURS });
+        let would = |r: &Remark| matches!(r, Remark::WouldDivide { .. });
+        assert!(!learned.remarks.iter().any(would), "{seed}: {:?}", learned.remarks);
+    }
+}
+
+#[test]
 fn an_object_of_an_unseen_colour_is_in_no_state() {
     let domain = learned(&COLOURS).domain;
     let (recording, mut attributes) = sort(&Sorting { demos: 1, seed: 5, ..COLOURS });
     attributes.set(0, "part_2", "colour", word("green"));
     let mut scene = recording.demos[0].snapshots[0].clone();
     let left = domain.divide(&mut scene, &attributes);
-    assert_eq!(left, [("part_2".into(), "part".into(), "colour".into())]);
+    let (id, kind, attribute) = ("part_2".into(), "part".into(), "colour".into());
+    assert_eq!(left, [Undivided { id, kind, attribute }]);
     let layout = Classifier::new(&domain).classify(&scene);
     assert_eq!(layout.located.iter().filter(|l| l.fact.is_some()).count(), 3);
+}
+
+#[test]
+fn kinds_divided_into_parts_that_overlap_are_refused() {
+    let good = learned(&COLOURS).domain;
+    good.check().unwrap();
+    let range = |part: &mut SubKind, from: Option<f64>, below: Option<f64>| {
+        part.words.clear();
+        (part.from, part.below) = (from, below);
+    };
+    type Change<'c> = &'c dyn Fn(&mut Vec<SubKinds>);
+    let wrong: [(&str, Change<'_>); 8] = [
+        ("no kind", &|all| all[0].kind.clear()),
+        ("no attribute", &|all| all[0].attribute.clear()),
+        ("twice", &|all| all.push(all[0].clone())),
+        ("one name", &|all| all[0].of[1].name = all[0].of[0].name.clone()),
+        ("one word", &|all| all[0].of[1].words = all[0].of[0].words.clone()),
+        ("reversed", &|all| range(&mut all[0].of[0], Some(2.0), Some(1.0))),
+        ("empty", &|all| range(&mut all[0].of[0], Some(1.0), Some(1.0))),
+        ("overlap", &|all| {
+            range(&mut all[0].of[0], None, Some(2.0));
+            range(&mut all[0].of[1], Some(1.0), None);
+        }),
+    ];
+    for (name, change) in wrong {
+        let mut domain = good.clone();
+        change(&mut domain.sub_kinds);
+        let said = domain.check().unwrap_err().to_string();
+        assert!(said.contains("divided") || said.contains("parts"), "{name}: {said}");
+    }
+    let mut touching = good;
+    range(&mut touching.sub_kinds[0].of[0], None, Some(2.0));
+    range(&mut touching.sub_kinds[0].of[1], Some(2.0), None);
+    touching.check().unwrap();
 }
 
 #[test]
@@ -249,7 +312,15 @@ fn attributes_are_read_with_limits_and_written_again() {
         )
     };
     let said = |text: &str| Recording::parse_whole(text.as_bytes(), "x").unwrap_err().to_string();
-    for wrong in [r#"{"a":[1]}"#, r#"{"a":null}"#, r#"{"a":true}"#, r#"{"a":""}"#, r#"{"":1}"#] {
+    for wrong in [
+        r#"{"a":[1]}"#,
+        r#"{"a":null}"#,
+        r#"{"a":true}"#,
+        r#"{"a":""}"#,
+        r#"{"":1}"#,
+        r#"{"a":"\u001b[2J"}"#,
+        r#"{"a\n":1}"#,
+    ] {
         let said = said(&line(wrong));
         assert!(said.contains("objects[0].attributes") && said.contains("line 1"), "{said}");
     }

@@ -1,14 +1,14 @@
 //! Doubts: mistakes planted in good recordings are named by the right warning, and good recordings have none.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use symbolt::doubt::{DoubtKind, PoseTrack, doubts, doubts_of_tracks};
+use symbolt::doubt::{DoubtKind, doubts};
 use symbolt::robot::Pose;
 use symbolt::sim::Seed;
 use symbolt::study::worlds;
 use symbolt::task::tasks::nuts_and_bolts::SyntheticDemonstrations;
-use symbolt::task::{Demonstration, ObjectPose, Recording, Sensing, SnapshotEvent};
+use symbolt::task::{Demonstration, ObjectPose, Recording, Sensing, Snapshot, SnapshotEvent};
 
 type Turn = UnitQuaternion<f64>;
 
@@ -51,7 +51,7 @@ fn slower(recording: &mut Recording, factor: f64, one: bool) {
 
 /// Returns the snapshot and the object of the first contact.
 fn contact(demo: &Demonstration) -> (usize, usize) {
-    let is = |s: &symbolt::task::Snapshot| s.event == Some(SnapshotEvent::Contact);
+    let is = |s: &Snapshot| s.event == Some(SnapshotEvent::Contact);
     let at = demo.snapshots.iter().position(is).unwrap();
     (at, demo.snapshots[at].object.unwrap())
 }
@@ -280,6 +280,144 @@ fn doubts_name_the_unit_and_how_to_ask_for_it() {
 }
 
 #[test]
+fn warnings_give_the_numbers_of_snapshots_that_the_file_has() {
+    let mut recording = good("tower", 1);
+    let (at, object) = contact(&recording.demos[2]);
+    for snapshot in recording.demos.iter_mut().flat_map(|d| &mut d.snapshots) {
+        snapshot.number = 10 * snapshot.number + 7;
+    }
+    recording.demos[2].snapshots[at].objects[(object + 1) % 3].pose.position[0] += 0.4;
+    let number = recording.demos[2].snapshots[at].number;
+    assert_eq!(doubts(&recording)[0].place, format!("demonstration 2, snapshot {number}"));
+    recording.demos[2].snapshots[at].time_s = recording.demos[2].snapshots[at - 1].time_s;
+    let found = doubts(&recording);
+    let twice = found.iter().find(|d| d.kind == DoubtKind::DuplicateTime).unwrap();
+    assert_eq!(twice.place, format!("demonstration 2, snapshot {number}"));
+}
+
+#[test]
+fn two_hands_do_not_repeat_a_line() {
+    use SnapshotEvent::{Contact, End, Release, Start};
+    let steps = [
+        (Start, None),
+        (Contact, Some(0)),
+        (Contact, Some(1)),
+        (Release, Some(0)),
+        (Release, Some(1)),
+        (End, None),
+    ];
+    let demo = |number: u64| {
+        let x = |by: u64| 0.05 * ((by * number) % 11) as f64;
+        let (mut at, tray) = ([[x(3), x(5), 0.02], [x(7), 0.7 - x(4), 0.02]], [0.9, x(2), 0.01]);
+        let snapshot = |(s, (event, object)): (usize, (SnapshotEvent, Option<usize>))| {
+            if let (Release, Some(o)) = (event, object) {
+                at[o] = [tray[0] - 0.1 * o as f64, tray[1], 0.03];
+            }
+            let names = [("a", "part"), ("b", "part"), ("tray", "tray")];
+            let objects = names.iter().zip([at[0], at[1], tray]).map(|((id, kind), at)| {
+                ObjectPose { id: (*id).into(), kind: (*kind).into(), pose: Pose::at(at) }
+            });
+            let objects = objects.collect();
+            Snapshot { number: s as u64, time_s: None, event: Some(event), object, objects }
+        };
+        Demonstration { number, snapshots: steps.into_iter().enumerate().map(snapshot).collect() }
+    };
+    let mut recording = Recording { demos: (1..6).map(demo).collect() };
+    assert_eq!(doubts(&recording), []);
+    let again = recording.demos[2].snapshots[1].clone();
+    recording.demos[2].snapshots.insert(1, again);
+    assert_eq!(kinds(&recording), BTreeSet::from([DoubtKind::DuplicateTime]));
+}
+
+/// Five demonstrations in which four parts of a stack or a wall go elsewhere, with a door that stays.
+fn parted(apart: [f64; 3], kind: &str, to: [f64; 3]) -> Recording {
+    let demo = |number: u64| {
+        let draw = |by: u64| 0.1 * ((by * number) % 11) as f64;
+        let [x, z] = [draw(3), 0.8 + draw(5)];
+        let start =
+            |p: usize| [x, 0.0, z].into_iter().zip(apart).map(move |(a, by)| a + by * p as f64);
+        let mut at: Vec<Vec<f64>> = (0..4).map(|p| start(p).collect()).collect();
+        let mut snapshots = Vec::new();
+        let mut take = |event, object, at: &[Vec<f64>]| {
+            let part = |(p, at): (usize, &Vec<f64>)| ObjectPose {
+                id: format!("p{p}").into(),
+                kind: kind.into(),
+                pose: Pose::at([at[0], at[1], at[2]]),
+            };
+            let mut objects: Vec<ObjectPose> = at.iter().enumerate().map(part).collect();
+            objects.push(ObjectPose {
+                id: "door".into(),
+                kind: "door".into(),
+                pose: Pose::at([1.6, 0.0, 1.0]),
+            });
+            snapshots.push(Snapshot {
+                number: snapshots.len() as u64,
+                time_s: None,
+                event: Some(event),
+                object,
+                objects,
+            });
+        };
+        take(SnapshotEvent::Start, None, &at);
+        for p in (0..4).rev() {
+            take(SnapshotEvent::Contact, Some(p), &at);
+            at[p] = (0..3).map(|i| to[i] + if i == 0 { 0.2 * p as f64 } else { 0.0 }).collect();
+            take(SnapshotEvent::Release, Some(p), &at);
+        }
+        take(SnapshotEvent::End, None, &at);
+        Demonstration { number, snapshots }
+    };
+    Recording { demos: (1..6).map(demo).collect() }
+}
+
+#[test]
+fn cards_in_a_stack_are_not_in_each_other() {
+    let mut recording = parted([0.0, 0.0, 0.0003], "card", [0.3, 0.4, 0.9]);
+    assert!(!kinds(&recording).contains(&DoubtKind::SamePlace), "{:?}", doubts(&recording));
+    let first = &mut recording.demos[0].snapshots[0].objects;
+    first[1].pose = first[0].pose;
+    assert!(kinds(&recording).contains(&DoubtKind::SamePlace));
+}
+
+#[test]
+fn pictures_on_a_wall_are_upright() {
+    let recording = parted([0.3, 0.0, 0.07], "picture", [-0.4, 0.0, 1.3]);
+    assert!(!kinds(&recording).contains(&DoubtKind::UpAxis), "{:?}", doubts(&recording));
+}
+
+#[test]
+fn a_hall_may_be_driven_through_and_a_task_may_be_slow() {
+    let mut recording = good("tower", 1);
+    scale(&mut recording, 30.0, false);
+    let (at, _) = contact(&recording.demos[2]);
+    recording.demos[2].snapshots[at].time_s = recording.demos[2].snapshots[at - 1].time_s;
+    let found = doubts(&recording);
+    assert!(found[0].reading.ends_with("or the robot drives"), "{}", found[0]);
+    assert!(kinds(&recording).contains(&DoubtKind::DuplicateTime), "{found:?}");
+    let mut recording = good("tower", 1);
+    slower(&mut recording, 300.0, false);
+    let found = doubts(&recording);
+    assert!(found[0].reading.ends_with("or the task is slow"), "{}", found[0]);
+}
+
+#[test]
+fn a_table_below_the_base_of_the_robot_is_not_upside_down() {
+    for world in ["tower", "nuts", "table", "flange"] {
+        let mut recording = good(world, 1);
+        let starts = recording.demos.iter().flat_map(|d| &d.snapshots[0].objects);
+        let top = starts.map(|o| o.pose.position[2]).fold(f64::MIN, f64::max);
+        for below in [0.01, 0.2] {
+            let mut lowered = recording.clone();
+            change(&mut lowered, false, |o| o.pose.position[2] -= top + below);
+            assert_eq!(doubts(&lowered), [], "{world}, {below}");
+        }
+        change(&mut recording, false, |o| o.pose.position[2] = -0.1 - o.pose.position[2]);
+        let down = kinds(&recording).contains(&DoubtKind::UpsideDown);
+        assert!(down || world == "table", "{world}");
+    }
+}
+
+#[test]
 fn a_frame_with_y_up_is_no_mistake() {
     let up = Turn::from_scaled_axis(-Vector3::x() * std::f64::consts::FRAC_PI_2);
     let mut recording = good("tower", 1);
@@ -288,50 +426,19 @@ fn a_frame_with_y_up_is_no_mistake() {
 }
 
 #[test]
-fn escape_codes_in_ids_do_not_reach_the_terminal() {
+fn objects_that_are_all_at_zero_are_counted_and_not_all_put_into_words() {
     let mut recording = good("tower", 1);
-    change(&mut recording, false, |o| o.id = format!("{}\u{1b}[2J", o.id).into());
-    let (at, object) = contact(&recording.demos[2]);
-    recording.demos[2].snapshots[at].objects[(object + 1) % 3].pose.position[0] += 0.4;
+    for demo in &mut recording.demos {
+        demo.snapshots.truncate(1);
+        let snapshot = &mut demo.snapshots[0];
+        let part = ObjectPose { pose: Pose::at([0.0; 3]), ..snapshot.objects[0].clone() };
+        let named = |i: usize| ObjectPose { id: format!("p{i}").into(), ..part.clone() };
+        snapshot.objects = (0..600).map(named).collect();
+    }
     let found = doubts(&recording);
-    assert!(!found.is_empty() && !found[0].to_string().contains('\u{1b}'), "{found:?}");
-}
-
-/// A track of 400 poses at 30 Hz, of an object that is carried once.
-fn track(scale: f64, per_s: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
-    let carried = |i: usize| ((i as f64 - 150.0) / 100.0).clamp(0.0, 1.0);
-    let times = (0..400).map(|i| per_s * i as f64 / 30.0);
-    let at = |i: usize| [0.1 + 0.4 * carried(i), 0.2, 0.02 + 0.1 * (3.0 * carried(i)).sin()];
-    (times.collect(), (0..400).map(|i| at(i).map(|v| scale * v)).collect())
-}
-
-#[test]
-fn tracks_have_doubts_of_their_own() {
-    let still = vec![[0.0, 0.4, 0.0]; 400];
-    let of = |scale: f64, per_s: f64, quaternion: [f64; 4]| -> BTreeMap<DoubtKind, usize> {
-        let (times, positions) = track(scale, per_s);
-        let still: Vec<[f64; 3]> = still.iter().map(|p| p.map(|v| scale * v)).collect();
-        let turns = vec![quaternion; 400];
-        let part = PoseTrack {
-            session: 0,
-            id: "part",
-            kind: "part",
-            times_s: &times,
-            positions: &positions,
-            orientations: &turns,
-        };
-        let base = PoseTrack { id: "base", kind: "base", positions: &still, ..part };
-        let mut found = BTreeMap::new();
-        for doubt in doubts_of_tracks(&[part, base]) {
-            *found.entry(doubt.kind).or_default() += 1;
-        }
-        found
-    };
-    let upright = [0.0, 0.0, 0.0, 1.0];
-    assert_eq!(of(1.0, 1.0, upright), BTreeMap::new());
-    assert!(of(1e3, 1.0, upright).contains_key(&DoubtKind::LengthUnit));
-    assert!(of(1.0, 1e3, upright).contains_key(&DoubtKind::TimeUnit));
-    assert!(of(1.0, 1.0, [0.0, 0.0, 90.0, 0.0]).contains_key(&DoubtKind::AngleUnit));
-    assert!(of(1.0, 1.0, [0.0, 0.0, 0.0, 0.8]).contains_key(&DoubtKind::QuaternionNorm));
-    assert!(of(1.0, 0.0, upright).contains_key(&DoubtKind::DuplicateTime));
+    let same: Vec<_> = found.iter().filter(|d| d.kind == DoubtKind::SamePlace).collect();
+    assert_eq!(same.len(), 5, "{found:?}");
+    let more = 5 * 600 * 599 / 2 - 5;
+    assert!(same[4].seen.ends_with(&format!("and there are {more} more such")), "{}", same[4]);
+    assert!(!same[3].seen.contains("more such"), "{}", same[3]);
 }

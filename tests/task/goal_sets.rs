@@ -330,6 +330,7 @@ fn all_nodes_are_neurons_weights_or_sums() {
         "left_rows",
         "marks",
         "missing",
+        "newly_reachable_before",
         "own",
         "ready",
         "recalled",

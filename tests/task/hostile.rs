@@ -153,6 +153,58 @@ fn pddl_that_multiplies_itself_is_refused() {
 }
 
 #[test]
+fn what_pddl_says_once_and_means_in_many_places_is_refused() {
+    let refused = |sections: &str| {
+        let text = format!("(define (domain d) (:predicates (p ?x)) (:functions (f)) {sections})");
+        said(strips::Domain::parse(text.as_bytes(), "x", Bodies::Instant))
+    };
+    let compared = "(> (f) 1)".repeat(1000);
+    let effects = "(forall (?x) (p ?x))".repeat(300);
+    let message = refused(&format!("(:action a :effect (when (and {compared}) (and {effects})))"));
+    assert!(message.contains("the conditional effects are too large"), "{message}");
+    let sum = format!("(+ {})", format!("(+ {})", "1 ".repeat(30)).repeat(30));
+    let effects = "(at end (increase (f) ?duration))".repeat(300);
+    let message = refused(&format!(
+        "(:durative-action a :parameters () :duration (= ?duration {sum}) :effect (and {effects}))"
+    ));
+    assert!(message.contains("the durations are too large"), "{message}");
+}
+
+#[test]
+fn pddl_of_very_many_parts_is_read_or_refused_at_once() {
+    let parse = |sections: &str| {
+        let text =
+            format!("(define (domain d) (:predicates (p ?x)) (:functions (f) (g)) {sections})");
+        strips::Domain::parse(text.as_bytes(), "x", Bodies::Instant)
+    };
+    let began = std::time::Instant::now();
+    let rules = |count: usize| {
+        (0..count).map(|i| format!("(:derived (d{i}) (d{}))", i + 1)).collect::<String>()
+    };
+    // The last predicate is no derived one.
+    assert!(said(parse(&rules(1000))).contains("expected one of: p, d0"));
+    let chain = parse(&(rules(1000) + "(:derived (d1000) (forall (?x) (p ?x)))")).expect("sound");
+    assert_eq!(chain.derived[0].predicate, "d1000");
+    assert_eq!(chain.derived[1000].predicate, "d0");
+    assert!(said(parse(&rules(1100))).contains("too many predicates; expected at most 1024"));
+    let (compared, changed) = ("(> (g) 1)".repeat(20_000), "(increase (f) 1)".repeat(20_000));
+    parse(&format!("(:action a :precondition (and {compared}) :effect (and {changed}))"))
+        .expect("sound");
+    let constants: String = (0..20_000).map(|i| format!("c{i} ")).collect();
+    let facts: String = constants.split_whitespace().map(|c| format!("(p {c})")).collect();
+    let durative = format!(
+        "(:constants {constants}) (:durative-action a :parameters () :duration (= ?duration 1)
+         :condition (and (at start (and {facts})) (over all (and {facts})))
+         :effect (and (at start (and {facts})) (at end (and {facts}))))"
+    );
+    assert_eq!(parse(&durative).expect("sound").actions[0].preconditions.len(), 20_000);
+    let variables: String = (0..2000).map(|i| format!("?v{i} ")).collect();
+    let quantified = format!("(:action a :precondition (forall ({variables}) (p ?v0)))");
+    assert!(said(parse(&quantified)).contains("too many variables; expected at most 1024"));
+    assert!(began.elapsed().as_secs() < 5, "{:?}", began.elapsed());
+}
+
+#[test]
 fn json_nested_a_million_deep_is_refused_by_every_reader() {
     let deep = "[".repeat(1_000_000);
     let object = "{\"objects\":".repeat(1_000_000);

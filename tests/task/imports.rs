@@ -99,7 +99,7 @@ fn what_is_learned_from_a_stream_is_what_is_learned_from_the_recording() {
 }
 
 /// A cup that is carried 0.3 m along x and 0.1 m up, and a shelf, as rows of the long form: time, id, x, y, z.
-fn cup(write: impl Fn(f64, &str, [f64; 3]) -> String) -> String {
+fn cup(mut write: impl FnMut(f64, &str, [f64; 3]) -> String) -> String {
     let mut text = String::new();
     for tick in 0..200 {
         let t = f64::from(tick) * 0.05;
@@ -255,6 +255,9 @@ fn faults_name_the_file_the_line_and_the_column() {
         "{}",
         refused(norm)
     );
+    let numbered: String = (0..2_001).map(|row| format!("{row},o{row},0.1,0.2,0.3\n")).collect();
+    let numbered = refused(&("time,id,x,y,z\n".to_owned() + &numbered));
+    assert!(numbered.contains("line 2002, field `id`: there are more than 2000 obj"), "{numbered}");
     let mixed = import(
         "",
         &[
@@ -271,6 +274,257 @@ fn faults_name_the_file_the_line_and_the_column() {
         mixed.contains("b.csv: its greatest coordinate is 900, that of a.csv is 9.9")
             || mixed.contains("one unit in all files"),
         "{mixed}"
+    );
+}
+
+#[test]
+fn coordinates_that_overflow_in_a_frame_are_refused() {
+    let far: String = (0..40).map(|tick| format!("{tick},a,1.7e308,1.7e308,1.7e308\n")).collect();
+    let mapping = r#", "length": "m", "frame": {"position": [0, 0, 0], "orientation": [-0.5, -0.5, 0.5, 0.5]}"#;
+    let refused = import(mapping, &[("a.csv", &("time,id,x,y,z\n".to_owned() + &far))]);
+    let refused = refused.expect_err("it is refused").to_string();
+    assert!(refused.contains("expected coordinates of at most 1e6 m"), "{refused}");
+}
+
+#[test]
+fn signals_of_tables_with_clocks_of_their_own_have_the_times_of_their_tables() {
+    let flag = |t: f64| u8::from((4.0..=6.0).contains(&t));
+    // Milliseconds with contacts in one table, seconds with the width in the other, in both orders.
+    let objects = "time_ms,id,x,y,z,contact\n".to_owned()
+        + &cup(|t, id, [x, y, z]| {
+            let touched = if id == "cup_1" { flag(t) } else { 0 };
+            format!("{:.0},{id},{x:.4},{y:.4},{z:.4},{touched}\n", t * 1e3)
+        });
+    let ticks = || (0..200).map(|tick| f64::from(tick) * 0.05);
+    let robot: String = "time_s,gripper_width\n".to_owned()
+        + &ticks().map(|t| format!("{t:.2},{}\n", 80 - 50 * flag(t))).collect::<String>();
+    for order in [[0, 1], [1, 0]] {
+        let files = [("a_objects.csv", &*objects), ("a_robot.csv", &*robot)];
+        let found = import("", &order.map(|at| files[at])).expect("imported");
+        near(ends(&found), CARRIED);
+        let width = &found.sessions[0].parts[0].width;
+        assert!(width.last().is_some_and(|(t, _)| (t - 9.95).abs() < 1e-9), "{:?}", width.last());
+    }
+    // A flag in a table whose rows are numbers of other rows.
+    let clock: String = "time,x,y,z\n".to_owned()
+        + &ticks().map(|t| format!("{:.2},0,0,{:.2}\n", t + 100.0, t / 10.0)).collect::<String>();
+    let mut row = 0;
+    let labels = "row,grasped,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| {
+            if id != "cup_1" {
+                return String::new();
+            }
+            row += 1;
+            format!("{},{},{x:.4},{y:.4},{z:.4}\n", row - 1, flag(t))
+        });
+    let mapping = r#", "hand": "hand", "tables": [
+        {"files": "*_objects.csv", "row_of": "*_robot.csv", "grasp": "grasped",
+         "objects": {"cup_1": {"position": ["x", "y", "z"]}}},
+        {"files": "*_robot.csv", "objects": {"hand": {"position": ["x", "y", "z"]}}}]"#;
+    let files = [("a_objects.csv", &*labels), ("a_robot.csv", &*clock)];
+    let found = import(mapping, &files).expect("imported");
+    let grasp = &found.sessions[0].parts[0].grasp;
+    let ends = grasp.first().zip(grasp.last()).map(|(a, b)| (a.0, b.0));
+    assert_eq!((grasp.len(), ends), (200, Some((100.0, 109.95))));
+}
+
+#[test]
+fn files_of_the_same_name_in_several_folders_are_several_sessions() {
+    let long = "time,id,x,y,z\n".to_owned() + &cup(plain);
+    let episode = "time,episode,id,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| format!("{t:.2},0,{id},{x:.4},{y:.4},{z:.4}\n"));
+    let twice = long.clone() + &cup(plain);
+    let width: String = "time,gripper_width\n".to_owned()
+        + &(0..200).map(|i| format!("{:.2},{}\n", f64::from(i) * 0.05, i % 2)).collect::<String>();
+    let of = |files: &[(&str, &String)]| {
+        let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, &***text)).collect();
+        let found = import("", &files).expect("imported");
+        assert!(found.dropped.is_empty(), "{:?}", found.dropped);
+        assert_eq!(found.moments.len(), 2 * found.sessions.len());
+        found.sessions.iter().map(|session| session.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&[("r/d1/log.csv", &long), ("r/d2/log.csv", &long)]), ["d1/log", "d2/log"]);
+    assert_eq!(of(&[("e1/objects.csv", &long), ("e2/objects.csv", &long)]), ["e1", "e2"]);
+    assert_eq!(of(&[("e1/objects/a.csv", &long), ("e1/objects/b.csv", &long)]), ["a", "b"]);
+    assert_eq!(of(&[("a.csv", &episode), ("b.csv", &episode)]), ["a/0", "b/0"]);
+    let names = of(&[("take.csv", &twice), ("take-2.csv", &long)]);
+    assert_eq!(names, ["take", "take/take-2", "take-2"]);
+    // The poses of a session in one folder, the gripper in another.
+    assert_eq!(of(&[("mocap/a.csv", &long), ("robot/a.csv", &width)]), ["a"]);
+    assert_eq!(of(&[("grip/a.csv", &width), ("mocap/a.csv", &long)]), ["a"]);
+}
+
+#[test]
+fn two_columns_of_one_time_are_not_added_up() {
+    let of = |header: &str, times: &dyn Fn(f64) -> String| {
+        let rows = cup(|t, id, [x, y, z]| format!("{},{id},{x:.4},{y:.4},{z:.4}\n", times(t)));
+        import("", &[("a.csv", &format!("{header},id,x,y,z\n{rows}"))])
+    };
+    let nano = |t: f64| (t.fract() * 1e9).round();
+    let both = |t: f64| format!("{t:.2},{:.0}", t * 1e9);
+    near(ends(&of("time_s,timestamp_ns", &both).expect("imported")), CARRIED);
+    let parts = |t: f64| format!("{:.0},{:.0}", t.floor(), nano(t));
+    near(ends(&of("secs,nsecs", &parts).expect("imported")), CARRIED);
+    near(ends(&of("header.stamp.sec,header.stamp.nanosec", &parts).expect("imported")), CARRIED);
+    let turned = |t: f64| format!("{:.0},{:.0}", nano(t), t.floor());
+    near(ends(&of("stamp_nsec,stamp_sec", &turned).expect("imported")), CARRIED);
+    let refused = of("time,time_ns", &both).expect_err("it is refused").to_string();
+    assert!(refused.contains("field `time_ns`: it is 1000000000, beside another"), "{refused}");
+}
+
+#[test]
+fn a_session_column_need_not_stand_in_every_table() {
+    // Two episodes one after the other, and a gripper whose table does not know of them.
+    let two = |t: f64, id: &str, [x, y, z]: [f64; 3]| {
+        let row = |t: f64, n: u8| format!("{t:.2},{n},{id},{x:.4},{y:.4},{z:.4}\n");
+        [row(t, 0), row(t + 20.0, 1)]
+    };
+    let (mut first, mut second) = (String::new(), String::new());
+    cup(|t, id, at| {
+        let [one, other] = two(t, id, at);
+        first += &one;
+        second += &other;
+        String::new()
+    });
+    let objects = format!("time,episode,id,x,y,z\n{first}{second}");
+    let robot = |from: f64, to: f64| {
+        let ticks = (0..800).map(|tick| f64::from(tick) * 0.05).filter(|t| (from..to).contains(t));
+        let held = |t: f64| u8::from((4.0..=6.0).contains(&(t % 20.0)));
+        let rows = ticks.map(|t| format!("{t:.2},{}\n", held(t)));
+        "time,grasped\n".to_owned() + &rows.collect::<String>()
+    };
+    for names in [["a_objects.csv", "a_robot.csv"], ["z.csv", "a.csv"]] {
+        for order in [[0, 1], [1, 0]] {
+            let gripper = robot(0.0, 32.0);
+            let files = [(names[0], &*objects), (names[1], &*gripper)];
+            let found = import("", &order.map(|at| files[at])).expect("imported");
+            let sessions: Vec<&str> = found.sessions.iter().map(|s| &*s.name).collect();
+            assert_eq!(sessions, ["0", "1"]);
+            assert_eq!(found.moments.len(), 4);
+            assert!(found.moments.iter().all(|m| m.evidence.starts_with("grasp flag")));
+            // Between and behind the episodes, 10 to 20 s and 30 to 32 s.
+            let left: Vec<u64> = found.dropped.iter().map(|dropped| dropped.count).collect();
+            assert_eq!(left, [240], "{:?}", found.dropped);
+        }
+    }
+    // Nobody has the column.
+    let mapping = r#", "session": "trial""#;
+    let refused = import(mapping, &[("a.csv", &*robot(0.0, 9.0))]).expect_err("it is refused");
+    assert!(refused.to_string().contains("field `trial`: no table has such a column"), "{refused}");
+}
+
+#[test]
+fn signals_that_go_with_no_motion_do_not_hide_the_motion() {
+    let rows = cup(|t, id, [x, y, z]| {
+        format!("{t:.2},{id},{x:.4},{y:.4},{z:.4},{}\n", u8::from((0.5..2.0).contains(&t)))
+    });
+    let found = import("", &[("a.csv", &format!("time,id,x,y,z,grasped\n{rows}"))]);
+    let found = found.expect("imported");
+    near(ends(&found), CARRIED);
+    let said = |text: &str| found.dropped.iter().any(|dropped| dropped.what.contains(text));
+    assert!(said("no object moved") && said("motion alone tells"), "{:?}", found.dropped);
+    // A column that the mapping names is no other column, whatever its name.
+    let rows = cup(|t, id, [x, y, z]| {
+        format!("{t:.2},{id},{},{x:.4},{y:.4},{z:.4}\n", u8::from((4.0..=6.0).contains(&t)))
+    });
+    let mapping = r#", "tables": [{"grasp": "finger_x"}]"#;
+    let text = format!("time,id,finger_x,x,y,z\n{rows}");
+    near(ends(&import(mapping, &[("a.csv", &text)]).expect("imported")), CARRIED);
+}
+
+#[test]
+fn a_table_sorted_by_object_is_one_session() {
+    let of = |ids: &[&str], times: &[usize]| {
+        let mut text = "time,id,x,y,z\n".to_owned();
+        for id in ids {
+            for _ in times {
+                text +=
+                    &cup(|t, own, at| if own == *id { plain(t, own, at) } else { String::new() });
+            }
+        }
+        import("", &[("a.csv", &text)]).expect("imported")
+    };
+    let found = of(&["cup_1", "shelf"], &[0]);
+    near(ends(&found), CARRIED);
+    assert_eq!((found.sessions.len(), found.sessions[0].parts[0].tracks.len()), (1, 2));
+    // Each object has both of two sessions.
+    let found = of(&["shelf", "cup_1"], &[0, 1]);
+    assert_eq!((found.sessions.len(), found.moments.len()), (2, 4));
+    assert!(found.sessions.iter().all(|session| session.parts[0].tracks.len() == 2));
+    // A new object in the first row of the second session.
+    let second = format!("0.00,bowl,0.1,0.2,0.3\n{}", cup(plain));
+    let rows = format!("time,id,x,y,z\n{}{second}0.05,bowl,0.1,0.2,0.3\n", cup(plain));
+    let found = import("", &[("a.csv", &rows)]).expect("imported");
+    assert_eq!((found.sessions.len(), found.moments.len()), (2, 4));
+}
+
+#[test]
+fn an_object_first_seen_after_its_contact_is_not_at_the_origin() {
+    let rows =
+        cup(|t, id, at| if id == "shelf" || t > 7.0 { plain(t, id, at) } else { String::new() });
+    let flags = (0..200).map(|tick| f64::from(tick) * 0.05);
+    let flags = flags.map(|t| format!("{t:.2},{}\n", u8::from((4.0..=6.0).contains(&t))));
+    let contacts = "time,contact_cup_1\n".to_owned() + &flags.collect::<String>();
+    let objects = "time,id,x,y,z\n".to_owned() + &rows;
+    let found = import("", &[("a_objects.csv", &objects), ("a_contacts.csv", &contacts)]);
+    let found = found.expect("imported");
+    near(ends(&found), (CARRIED.1, CARRIED.1));
+    assert_eq!(found.moments[0].samples, 0);
+}
+
+#[test]
+fn a_number_of_the_row_named_id_is_no_object() {
+    let mut row = 0;
+    let rows = cup(|t, id, at| {
+        row += 1;
+        format!("{row},{}", plain(t, id, at))
+    });
+    let found = import("", &[("a.csv", &format!("id,time,object,x,y,z\n{rows}"))]);
+    let found = found.expect("imported");
+    near(ends(&found), CARRIED);
+    assert_eq!(found.unused, [("a.csv".to_owned(), vec!["id".to_owned()])]);
+    // Contacts by id in a table without poses.
+    let flags = cup(|t, id, _| {
+        format!("{t:.2},{id},{}\n", u8::from(id == "cup_1" && (4.0..=6.0).contains(&t)))
+    });
+    let objects = "time,id,x,y,z\n".to_owned() + &cup(plain);
+    let contacts = format!("time,object,contact\n{flags}");
+    let found = import("", &[("a_objects.csv", &objects), ("a_contacts.csv", &contacts)]);
+    let found = found.expect("imported");
+    near(ends(&found), CARRIED);
+    assert!(found.moments[0].evidence.starts_with("contact with cup_1"), "{:?}", found.moments);
+    // Of the kinds that fit, the longest pattern wins.
+    let mapping = r#", "kinds": {"*": "thing", "cup_*": "cup", "cu*": "vessel"}"#;
+    let found = import(mapping, &[("a.csv", &objects)]).expect("imported");
+    let kinds: Vec<&str> = found.seen.iter().map(|seen| &*seen.kind).collect();
+    assert_eq!(kinds, ["cup", "thing"]);
+}
+
+#[test]
+fn names_in_a_comment_spaces_and_dates_are_told() {
+    // As trajectory tools write it: the names in a comment, spaces between numbers.
+    let spaced = |id: &str| {
+        let rows = cup(|t, own, [x, y, z]| match own == id {
+            true => format!(" {t:.2}  {x:.4} {y:.4}   {z:.4} 0 0 0 1\n"),
+            false => String::new(),
+        });
+        format!("# made by a camera\n# timestamp tx ty tz qx qy qz qw\n{rows}")
+    };
+    let found = import("", &[("cup_1.txt", &spaced("cup_1"))]).expect("imported");
+    near(ends(&found), CARRIED);
+    assert_eq!(&*found.moments[0].object, "cup_1");
+    let commented = format!("# time,id,x,y,z\n{}", cup(plain));
+    near(ends(&import("", &[("a.csv", &commented)]).expect("imported")), CARRIED);
+    // A comment with other fields gives no names.
+    let other = format!("# made by a camera\n{}", cup(plain));
+    let refused = import("", &[("a.csv", &other)]).expect_err("it is refused").to_string();
+    assert!(refused.contains("it has no row of names"), "{refused}");
+    let dates = "time,id,x,y,z\n".to_owned()
+        + &cup(|t, id, [x, y, z]| format!("2024-05-01T12:00:{t:05.2}Z,{id},{x},{y},{z}\n"));
+    let refused = import("", &[("a.csv", &dates)]).expect_err("it is refused").to_string();
+    assert!(
+        refused.contains("line 2, field `time`") && refused.contains("to_datetime"),
+        "{refused}"
     );
 }
 

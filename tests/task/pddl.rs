@@ -229,3 +229,34 @@ fn a_problem_too_large_to_ground_is_refused() {
         "the problem `p` is too large: it has more than 200000 reachable actions; use fewer objects, or more precise types"
     );
 }
+
+#[test]
+fn an_action_of_a_thousand_preconditions_on_constants_is_grounded() {
+    let of = |word: &str| (0..1000).map(|i| word.replace('#', &i.to_string())).collect::<String>();
+    let (names, facts) = (of("c# "), of("(p c#) "));
+    let domain = format!(
+        "(define (domain d) (:predicates (p ?x) (q)) (:constants {names})
+          (:action a :parameters () :precondition (and {facts}) :effect (q)))"
+    );
+    let domain = Domain::parse(domain.as_bytes(), "d", Bodies::Read).unwrap();
+    let problem = format!("(define (problem p) (:domain d) (:init {facts}) (:goal (q)))");
+    let problem = Problem::parse(problem.as_bytes(), "p", &domain).unwrap();
+    assert_eq!(Grounded::new(&domain, &problem).unwrap().operators.len(), 1);
+}
+
+#[test]
+fn a_predicate_of_a_hundred_arguments_is_reached() {
+    let of = |word: &str| (0..100).map(|i| word.replace('#', &i.to_string())).collect::<String>();
+    let variables = of(" ?x#");
+    let domain = format!(
+        "(define (domain d) (:predicates (p{variables}) (q ?x))
+          (:action a :parameters ({variables}) :precondition (p{variables}) :effect (q ?x99)))"
+    );
+    let domain = Domain::parse(domain.as_bytes(), "d", Bodies::Read).unwrap();
+    let objects = of(" o#");
+    let problem = format!(
+        "(define (problem p) (:domain d) (:objects {objects}) (:init (p{objects})) (:goal (q o99)))"
+    );
+    let problem = Problem::parse(problem.as_bytes(), "p", &domain).unwrap();
+    assert_eq!(Grounded::new(&domain, &problem).unwrap().operators.len(), 1);
+}

@@ -88,6 +88,11 @@ fn a_constant_is_listed_again_as_an_object() {
         changed(constant, ["p1 p2 - place", "p2 - place p1 - object"]),
         "the object `p1` is declared twice",
     );
+    // With a narrower type, the constant is of it in this problem.
+    let wide = ["(:predicates", "(:constants p1) (:predicates"];
+    warned(changed(wide, NONE), "the object `p1` is declared twice");
+    let (domain, problem) = changed(wide, NONE).unwrap();
+    moved(read(domain.to_string().as_bytes(), problem.to_string().as_bytes()));
     let fault = changed(constant, ["p1 p2 - place", "p2 - place p1 - thing"]).unwrap_err();
     assert!(
         fault.contains("the object `p1` is declared twice; expected one declaration"),
@@ -131,6 +136,25 @@ fn action_costs_are_read_and_counted() {
     assert_eq!(moved(cost(NONE, "minimize (total-time)")), [""; 0]);
     let undeclared = ["(not (free ?b))", "(not (free ?b)) (increase (total-cost) 2)"];
     warned(changed(undeclared, NONE), "`total-cost` is not declared in :functions");
+}
+
+#[test]
+fn a_cost_without_value_warns_and_a_fact_without_predicate_is_not_reached() {
+    let costs = "(:functions (total-cost) (way ?a ?b - place)) (:predicates";
+    let domain = DOMAIN.replace("(:predicates", costs).replace(
+        "(not (free ?b))",
+        "(not (free ?b)) (increase (total-cost) 2) (increase (total-cost) (way ?a ?b))",
+    );
+    let (domain, mut problem) = read(domain.as_bytes(), PROBLEM.as_bytes()).unwrap();
+    let grounded = Grounded::new(&domain, &problem).unwrap();
+    assert_eq!(grounded.operators[0].cost.value(), 2.0);
+    let [warning] = grounded.warnings.as_slice() else { panic!("{:?}", grounded.warnings) };
+    assert!(
+        warning.starts_with("the problem gives no value for a part of the cost of `(move x p1")
+    );
+    problem.goal[0].1.predicate = "nowhere".into();
+    let fault = Grounded::new(&domain, &problem).unwrap_err().to_string();
+    assert!(fault.ends_with("the problem has no such predicate or objects"), "{fault}");
 }
 
 #[test]
@@ -212,6 +236,24 @@ fn types_are_used_as_predicates() {
 }
 
 #[test]
+fn a_type_is_a_predicate_of_the_goal_alone() {
+    let goal = |goal: &str| changed(NONE, ["(at x p2)", goal]);
+    let some =
+        "(exists (?o) (and (thing ?o) (forall (?p) (imply (place ?p) (or (free ?p) (at x p2))))))";
+    warned(
+        goal(&format!("(and (at x p2) (thing x) (not (tool x)) {some})")),
+        "`tool` is used as a predicate",
+    );
+    for never in ["(tool x)", "(not (thing x))", "(exists (?o) (tool ?o))"] {
+        let (domain, problem) = goal(&format!("(and (at x p2) {never})")).unwrap();
+        assert!(validate(&domain, &problem, ["(move x p1 p2)"]).is_err(), "{never}");
+        let fault = Grounded::new(&domain, &problem).unwrap_err();
+        assert!(matches!(fault, GroundFault::Unreachable { .. }), "{fault}");
+        read(domain.to_string().as_bytes(), problem.to_string().as_bytes()).unwrap();
+    }
+}
+
+#[test]
 fn predicates_are_declared_twice_and_by_arity() {
     warned(
         changed(["(free ?p - place)", "(free ?p - place) (free ?q - place)"], NONE),
@@ -239,6 +281,42 @@ fn predicates_are_declared_twice_and_by_arity() {
             "`(freee ...)` is no predicate; expected one of: at, free, seen (did you mean `free`?)"
         ),
         "{fault}"
+    );
+}
+
+#[test]
+fn a_predicate_of_objects_is_called_less() {
+    let wants = |condition: &str| {
+        let domain = DOMAIN
+            .replace("(:predicates", "(:functions (f)) (:predicates (< ?a ?b - place)")
+            .replace("(free ?b))\n", &format!("(free ?b) {condition})\n"));
+        let problem = PROBLEM.replace("(at x p1)", "(= (f) 1) (at x p1) (< p1 p2)");
+        read(domain.as_bytes(), problem.as_bytes())
+    };
+    moved(wants("(< ?a ?b) (< 0 (f)) (< (f) 2)"));
+    let (domain, problem) = wants("(< ?b ?a)").unwrap();
+    assert!(matches!(Grounded::new(&domain, &problem), Err(GroundFault::Unreachable { .. })));
+}
+
+#[test]
+fn commas_an_equality_that_is_declared_and_costs_without_parentheses_are_read() {
+    warned(
+        changed(["(?t - thing ?a ?b - place)", "(?t - thing, ?a, ?b - place)"], NONE),
+        "`?a,` is ignored",
+    );
+    warned(changed(["?a ?b - place)", "?a,?b , - place)"], NONE), "the comma in `,` is ignored");
+    warned(
+        changed(["(seen ?t - thing)", "(seen ?t - thing) (= ?a ?b)"], NONE),
+        "`=` compares objects without a declaration",
+    );
+    let domain = DOMAIN.replace("(:predicates", "(:functions (total-cost)) (:predicates");
+    let domain = domain.replace("(not (free ?b))", "(not (free ?b)) (increase total-cost 3)");
+    let (domain, problem) = read(domain.as_bytes(), PROBLEM.as_bytes()).unwrap();
+    assert_eq!(Grounded::new(&domain, &problem).unwrap().operators[0].cost.value(), 3.0);
+    warned(Ok((domain, problem)), "`total-cost` has no parentheses");
+    warned(
+        changed(NONE, ["(:goal", "(:metric minimize (total-cost)) (:goal"]),
+        "the domain has no function `total-cost`: the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read",
     );
 }
 
@@ -284,8 +362,10 @@ fn a_problem_names_another_domain_and_objects_are_numbers() {
 fn domain_and_problem_are_in_one_file_or_swapped() {
     let both = format!("{DOMAIN}\n{PROBLEM}");
     assert_eq!(moved(read(both.as_bytes(), both.as_bytes())), [""; 0]);
-    assert_eq!(contents(both.as_bytes()), [true, true]);
-    assert_eq!(contents(PROBLEM.as_bytes()), [false, true]);
+    assert_eq!(contents(both.as_bytes(), "x"), Ok([true, true]));
+    assert_eq!(contents(PROBLEM.as_bytes(), "x"), Ok([false, true]));
+    let open = contents(b"(define (domain d)", "x").unwrap_err();
+    assert!(open.to_string().contains("this list is not closed"), "{open}");
     let fault = read(PROBLEM.as_bytes(), DOMAIN.as_bytes()).unwrap_err();
     assert!(fault.contains("`(define (problem ...)` is no domain"), "{fault}");
     for (text, what) in [
@@ -362,6 +442,29 @@ fn durative_actions_are_read_as_instant_ones() {
         there.preconditions.iter().map(|f| grounded.fluents[*f].to_string()).collect();
     assert_eq!(shown, ["(robot_at r2 hall)"]);
     assert_eq!(there.cost.value(), 5.0);
+}
+
+#[test]
+fn a_durative_effect_that_another_may_undo_is_refused_under_conditions() {
+    let read = |effect: &str| {
+        let text = format!(
+            "(define (domain d) (:predicates (p) (c)) (:durative-action a :parameters () :duration (= ?duration 1) :condition () :effect (and {effect})))"
+        );
+        Domain::parse(text.as_bytes(), "d", Bodies::Instant)
+    };
+    for effect in [
+        "(at start (p)) (at end (when (c) (not (p))))",
+        "(at start (when (c) (p))) (at end (not (p)))",
+        "(at start (when (c) (p))) (at end (when (c) (not (p))))",
+    ] {
+        let fault = read(effect).unwrap_err().to_string();
+        let said =
+            "effects at the start and at the end of `a` on `p` under conditions cannot be read";
+        assert!(fault.contains(said), "{fault}");
+    }
+    // What is made true is true afterwards.
+    read("(at start (not (p))) (at end (when (c) (p)))").unwrap();
+    read("(at start (p)) (at end (not (p))) (at end (when (c) (c)))").unwrap();
 }
 
 #[test]

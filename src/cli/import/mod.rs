@@ -46,25 +46,25 @@ pub(crate) struct ImportArgs {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ReadingArgs {
     /// Unit of positions: m, mm, cm or inch
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Length>)]
+    #[arg(long, value_name = "UNIT")]
     pub length: Option<Length>,
     /// Unit of time: s, ms, us or ns
-    #[arg(long, value_name = "UNIT", value_parser = choice::<TimeUnit>)]
+    #[arg(long, value_name = "UNIT")]
     pub time_unit: Option<TimeUnit>,
     /// Unit of angles: rad or deg
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Angle>)]
+    #[arg(long, value_name = "UNIT")]
     pub angle: Option<Angle>,
     /// Order of quaternions whose columns do not say it: xyzw or wxyz
-    #[arg(long, value_name = "ORDER", value_parser = choice::<QuaternionOrder>)]
+    #[arg(long, value_name = "ORDER")]
     pub quaternion: Option<QuaternionOrder>,
     /// Meaning of three numbers of a rotation: vector or euler
-    #[arg(long, value_name = "FORM", value_parser = choice::<Rotation>)]
+    #[arg(long, value_name = "FORM")]
     pub rotation: Option<Rotation>,
     /// Axis that points up: x, y, z, -x, -y or -z [default: z]
-    #[arg(long, value_name = "AXIS", value_parser = choice::<Up>)]
+    #[arg(long, value_name = "AXIS")]
     pub up: Option<Up>,
     /// Handedness of the axes: right or left [default: right]
-    #[arg(long, value_name = "HAND", value_parser = choice::<Handed>)]
+    #[arg(long, value_name = "HAND")]
     pub handed: Option<Handed>,
     /// Id of the robot's hand; * stands for any text
     #[arg(long, value_name = "ID")]
@@ -102,29 +102,6 @@ pub(crate) struct ReadingArgs {
     /// Column that says whether something is grasped
     #[arg(long, value_name = "COLUMN")]
     pub grasp: Option<String>,
-}
-
-/// A value with a name.
-trait Named: Copy + 'static {
-    const ALL: &[Self];
-    fn name(self) -> &'static str;
-}
-
-macro_rules! names {
-    ($($type:ty),*) => {
-        $(impl Named for $type {
-            const ALL: &[Self] = <$type>::ALL;
-            fn name(self) -> &'static str { self.name() }
-        })*
-    };
-}
-names!(Length, TimeUnit, Angle, QuaternionOrder, Rotation, Up, Handed);
-
-fn choice<T: Named>(typed: &str) -> Result<T, String> {
-    T::ALL.iter().copied().find(|value| value.name() == typed).ok_or_else(|| {
-        let names: Vec<&str> = T::ALL.iter().map(|value| value.name()).collect();
-        format!("expected one of {}", names.join(", "))
-    })
 }
 
 impl ReadingArgs {
@@ -238,6 +215,9 @@ fn files(logs: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     let page = Place::checked(args.page.as_deref(), args.out.force)?;
+    if matches!(page, Place::Stdout) {
+        bail!(BadArgument::range("--page", "-", "a file"));
+    }
     use_threads(&args.common)?;
     let mut mapping = match &args.map {
         Some(path) => Mapping::read(path)?,
@@ -256,18 +236,22 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     drop(progress);
     let doubts = doubted(&imported.recording);
     let json = || tables::json(&imported, &doubts);
+    let writes = !args.dry_run && !matches!(out, Place::Default);
+    let recording = if writes { recording(&imported)? } else { String::new() };
+    if !matches!(page, Place::Default) {
+        page.write(import_page(&imported))?;
+    }
     if args.dry_run {
         let mapping = imported.mapping.to_json()?;
         return answer(&args.common, json, || tables::text(&imported) + "\n" + &mapping);
     }
-    if !matches!(page, Place::Default) {
-        page.write(import_page(&imported))?;
-    }
     match &out {
-        Place::Default => answer(&args.common, json, || tables::text(&imported)),
-        Place::Stdout => out.write(recording(&imported)?),
+        Place::Default => answer(&args.common, json, || {
+            tables::text(&imported) + "\nNo recording was written; `--out FILE` writes one."
+        }),
+        Place::Stdout => out.write(recording),
         Place::File(path, _) => {
-            out.write(recording(&imported)?)?;
+            out.write(recording)?;
             let wrote = || format!("{}\nWrote {}", tables::text(&imported), path.display());
             answer_unless_quiet(&args.common, json, wrote)
         }

@@ -19,28 +19,24 @@ fn name(event: SnapshotEvent) -> &'static str {
     }
 }
 
-/// Returns a text of the log without characters that a terminal obeys.
-fn plain(text: &str) -> String {
-    text.chars()
-        .flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] })
-        .collect()
-}
-
 pub(super) fn text(imported: &Imported) -> String {
     let mut text = String::new();
     let sessions = &imported.sessions;
     let mut grid = Grid::new(&["session", ">parts", ">seconds", ">objects", "hand", ">events"]);
-    for (index, session) in sessions.iter().enumerate() {
+    let mut counts = vec![(0usize, 0usize); sessions.len()];
+    imported.seen.iter().for_each(|seen| counts[seen.session].0 += 1);
+    imported.moments.iter().for_each(|moment| counts[moment.session].1 += 1);
+    for (session, (objects, events)) in sessions.iter().zip(counts) {
         let spans = session.parts.iter().filter_map(|part| part.span());
         let seconds: f64 = spans.map(|(from, to)| to - from).sum();
         let hand = session.parts.iter().any(|part| part.hand.is_some());
         grid.row([
-            plain(&session.name),
+            session.name.to_string(),
             session.parts.len().to_string(),
             format!("{seconds:.1}"),
-            imported.seen.iter().filter(|seen| seen.session == index).count().to_string(),
+            objects.to_string(),
             if hand { "seen".into() } else { "not seen".into() },
-            imported.moments.iter().filter(|m| m.session == index).count().to_string(),
+            events.to_string(),
         ]);
     }
     section(
@@ -56,9 +52,9 @@ pub(super) fn text(imported: &Imported) -> String {
         Grid::new(&["session", "object", "kind", ">poses", ">Hz", ">noise mm", ">carried"]);
     for seen in imported.seen.iter().take(MOST_ROWS) {
         grid.row([
-            plain(&sessions[seen.session].name),
-            plain(&seen.id),
-            plain(&seen.kind),
+            sessions[seen.session].name.to_string(),
+            seen.id.to_string(),
+            seen.kind.to_string(),
             seen.samples.to_string(),
             format!("{:.1}", seen.rate_hz),
             seen.noise_m.map_or_else(|| "-".into(), |noise| format!("{:.2}", noise * 1e3)),
@@ -68,19 +64,22 @@ pub(super) fn text(imported: &Imported) -> String {
     section(&mut text, "Objects", &grid);
     let mut grid = Grid::new(&["session", ">s", "event", "object", "evidence"]);
     for moment in imported.moments.iter().take(MOST_ROWS) {
-        let mut evidence = plain(&moment.evidence);
+        let mut evidence = moment.evidence.to_string();
         if !moment.with.is_empty() {
-            let with: Vec<String> = moment.with.iter().map(|id| plain(id)).collect();
+            let with: Vec<&str> = moment.with.iter().map(|id| &**id).collect();
             evidence = format!("{evidence}; with {}", with.join(", "));
         }
-        if moment.samples == 0 {
-            evidence += "; pose from the hand's motion";
-        }
+        let hand = sessions[moment.session].parts[moment.part].hand.is_some();
+        evidence += match (moment.samples, moment.event) {
+            (1.., _) => "",
+            (0, SnapshotEvent::Release) if hand => "; pose from the hand's motion",
+            _ => "; not seen then, pose from another time",
+        };
         grid.row([
-            plain(&sessions[moment.session].name),
+            sessions[moment.session].name.to_string(),
             format!("{:.2}", moment.t),
             name(moment.event).into(),
-            plain(&moment.object),
+            moment.object.to_string(),
             evidence,
         ]);
     }
@@ -93,7 +92,7 @@ pub(super) fn text(imported: &Imported) -> String {
         let file = if guess.file.is_empty() { String::new() } else { format!(" ({})", guess.file) };
         let line =
             format!("guessed {}: {}, because {}{file}", guess.what, guess.value, guess.reason);
-        text += &format!("\n{}", wrapped(&plain(&line), 6));
+        text += &format!("\n{}", wrapped(&line, 6));
     }
     if !imported.guesses.is_empty() {
         text.push('\n');
@@ -101,7 +100,7 @@ pub(super) fn text(imported: &Imported) -> String {
     for dropped in &imported.dropped {
         let times =
             if dropped.count == 1 { String::new() } else { format!(" ({} times)", dropped.count) };
-        text += &format!("\n{}", wrapped(&plain(&format!("left out: {}{times}", dropped.what)), 6));
+        text += &format!("\n{}", wrapped(&format!("left out: {}{times}", dropped.what), 6));
     }
     if !imported.dropped.is_empty() {
         text.push('\n');
@@ -111,7 +110,7 @@ pub(super) fn text(imported: &Imported) -> String {
         if !told.contains(&columns) {
             told.push(columns);
             let line = format!("not used in {file}: {}", columns.join(", "));
-            text += &format!("\n{}", wrapped(&plain(&line), 6));
+            text += &format!("\n{}", wrapped(&line, 6));
         }
     }
     if !told.is_empty() {

@@ -81,7 +81,9 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
         warn(&warning);
     }
     // With the domain file, standard output holds nothing else.
-    if !matches!(out, Place::Stdout) {
+    if matches!(out, Place::Stdout) {
+        learned.remarks.iter().for_each(|remark| warn(&remark.to_string()));
+    } else {
         let question = ask(&learned.domain, &recording, &[]);
         let json = || summary(&learned, question.as_ref(), &doubts);
         let text = || {
@@ -195,6 +197,8 @@ fn summary(learned: &Learned, question: Option<&Question>, doubts: &[Doubt]) -> 
     let unexplained = report.unexplained.iter().map(
         |s| json!({"kind": s.kind, "count": s.count, "position": s.mean.position, "seen": s.seen}),
     );
+    let remarks = learned.remarks.iter();
+    let remarks = remarks.map(|said| json!({"kind": said.name(), "text": said.to_string()}));
     // `tries` counts attempts, `strays` lists unexplained poses. Scripts rely on these old keys.
     let own = json!({
         "next_merge_m": by_kind(|c| c.next_merge_m),
@@ -206,7 +210,7 @@ fn summary(learned: &Learned, question: Option<&Question>, doubts: &[Doubt]) -> 
         "outliers": learned.outliers,
         "unachieved": learned.unachieved,
         "unsure_frames": learned.unsure_frames,
-        "remarks": learned.remarks.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "remarks": remarks.collect::<Vec<_>>(),
         "ask": question,
         "warnings": doubts,
     });

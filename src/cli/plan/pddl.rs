@@ -30,7 +30,8 @@ pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     let mut warnings = Vec::new();
     let ended = planned_or_not(args, out, &mut warnings);
     let fault = match &ended {
-        Ok(End::Answered(outcome)) => return ended_with(outcome),
+        Ok(End::Answered(None)) => return Ok(Outcome::Done),
+        Ok(End::Answered(Some(fault))) => return Ok(Outcome::Failed(fault.clone())),
         Ok(End::Unreachable(fault)) => fault.clone(),
         Err(error) => sentence(error),
     };
@@ -52,10 +53,6 @@ enum End {
     Answered(Option<String>),
     /// No plan can reach the goal, for this reason.
     Unreachable(String),
-}
-
-fn ended_with(fault: &Option<String>) -> Result<Outcome, Error> {
-    Ok(fault.as_ref().map_or(Outcome::Done, |fault| Outcome::Failed(fault.clone())))
 }
 
 /// Refuses options that a problem in PDDL has no use for.
@@ -84,36 +81,40 @@ fn check(args: &PlanArgs) -> Result<(), Error> {
 fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem), Error> {
     let bodies = if args.as_instant { Bodies::Instant } else { Bodies::Read };
     let name = |path: &Path| path.display().to_string();
-    let first = read_file(&args.domain, Limit::PDDL)?;
-    let second = match &args.problem {
-        Some(file) => {
-            not_both_standard_input(("domain", &args.domain), ("problem", file))?;
-            Some((file, read_file(file, Limit::PDDL)?))
-        }
-        None => None,
-    };
-    let Some((file, second)) = second
-        .or_else(|| (contents(&first) == [true, true]).then(|| (&args.domain, first.clone())))
-    else {
-        let file = args.domain.display();
-        bail!(BadArgument(match contents(&first) {
-            [true, _] => format!(
-                "{file} is a domain; name a problem in PDDL, or a scene with --scene FILE for a learned domain"
-            ),
-            [_, true] => format!("{file} is a problem in PDDL; name its domain before it"),
-            _ => "name a problem in PDDL, or a scene with --scene FILE".into(),
-        }));
-    };
-    if let ([false, true], [true, false]) = (contents(&first), contents(&second)) {
-        let (first, second) = (args.domain.display(), file.display());
-        let problem = format!(
-            "the first file, {first}, is a problem and the second, {second}, a domain; swap them"
-        );
-        bail!(BadArgument(problem));
+    if let Some(file) = &args.problem {
+        not_both_standard_input(("domain", &args.domain), ("problem", file))?;
     }
-    let domain = Domain::parse(&first, &name(&args.domain), bodies)?;
+    let first = read_file(&args.domain, Limit::PDDL)?;
+    let second = args.problem.as_ref().map(|file| read_file(file, Limit::PDDL)).transpose()?;
+    if second.is_none() {
+        let file = args.domain.display();
+        let problem = match contents(&first, &name(&args.domain))? {
+            [true, true] => None,
+            [true, _] => Some(format!(
+                "{file} is a domain; name a problem in PDDL, or a scene with --scene FILE for a learned domain"
+            )),
+            [_, true] => Some(format!("{file} is a problem in PDDL; name its domain before it")),
+            _ => Some("name a problem in PDDL, or a scene with --scene FILE".into()),
+        };
+        if let Some(problem) = problem {
+            bail!(BadArgument(problem));
+        }
+    }
+    let (file, second) =
+        (args.problem.as_ref().unwrap_or(&args.domain), second.as_ref().unwrap_or(&first));
+    let has = |text: &[u8], file: &Path, wanted| contents(text, &name(file)) == Ok(wanted);
+    let domain = match Domain::parse(&first, &name(&args.domain), bodies) {
+        Err(_) if has(&first, &args.domain, [false, true]) && has(second, file, [true, false]) => {
+            let (first, second) = (args.domain.display(), file.display());
+            let problem = format!(
+                "the first file, {first}, is a problem and the second, {second}, a domain; swap them"
+            );
+            bail!(BadArgument(problem));
+        }
+        domain => domain?,
+    };
     warnings.extend(domain.warnings.iter().cloned());
-    let problem = Problem::parse(&second, &name(file), &domain)?;
+    let problem = Problem::parse(second, &name(file), &domain)?;
     warnings.extend(problem.warnings.iter().filter(|w| !domain.warnings.contains(w)).cloned());
     Ok((domain, problem))
 }
@@ -137,6 +138,8 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
         }
         grounded => grounded?,
     };
+    grounded.warnings.iter().for_each(|warning| warn(warning));
+    warnings.extend(grounded.warnings.iter().cloned());
     let size = format!(
         "{}, {}",
         counted(grounded.fluents.len(), "fluent"),
@@ -216,7 +219,7 @@ impl Answer<'_> {
             .begun()
             .map(|(b, name)| json!({ "action": name, "time_ms": b.ms, "ready": b.met }));
         json!({
-            "planner": "goal-sets",
+            "planner": PlannerKind::GoalSets.name(),
             "mode": mode,
             "fluents": self.problem.fluents.len(),
             "operators": self.problem.operators.len(),
@@ -270,7 +273,7 @@ impl Answer<'_> {
                 "Spikes:  {}, {} a goal set or state, {} an action; {} synaptic events",
                 counted.spikes,
                 each(course.goal_sets()),
-                each(course.begun.len()),
+                each(self.begun().count()),
                 counted.synaptic_events
             );
         }

@@ -78,6 +78,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     }
     let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
     let learned = learn_observed(&shown.recording, &settings, &mut line)?;
+    // The text of the run has them.
+    if args.common.json || learned.domain.goals.is_empty() {
+        learned.remarks.iter().for_each(|remark| warn(&remark.to_string()));
+    }
     if learned.domain.goals.is_empty() {
         return Ok(Outcome::Failed(
             "the demonstrations reached no state that could be the goal".into(),

@@ -1,7 +1,7 @@
 //! The choice of an operator: which ones achieve a goal, what they are worth, and the race among them.
 
 use super::control::{Control, Phase, Signal};
-use super::costs::{LEVELS, by_level};
+use super::costs::{Costs, summed};
 use super::race::{BAR, Turns, race, utilities};
 use super::rules::{Regressed, Regression};
 use super::wiring::{Group, Weight, Wiring, cells, each, gather};
@@ -51,7 +51,7 @@ impl Choice {
         rules: &Regression,
         Control { phases, signals, restless, elapsed }: &Control,
         (goals, open): (&Group, &Group),
-        costs: &Group,
+        costs: &Costs,
     ) -> Self {
         let (fluents, operators) = (rules.fluents, rules.operators.len());
         let adds = |weight| rules.links(|o| &o.adds, weight);
@@ -66,16 +66,17 @@ impl Choice {
         let helps = helps(w, rules, goals, open);
 
         // A utility is the cost of the goals that are achieved, less the cost of those that are new.
-        let levels = fluents * LEVELS;
-        let gains = w.both("gains", levels);
-        w.link(costs, &gains, each(levels, 1.0));
-        w.link(goals, &gains, cells(fluents, LEVELS).map(|(f, _, level)| (f, level, 1.0)));
+        let levels = &costs.levels;
+        let gains = w.both("gains", levels.count);
+        w.link(levels, &gains, each(levels.count, 1.0));
+        let rows = cells(fluents, rules.levels);
+        w.link(goals, &gains, rows.map(|(f, _, level)| (f, level, 1.0)));
+        let gain = summed(w, "gain", &gains, fluents);
         let race_phase = Phase::Race as usize;
         let utilities =
             utilities(w, operators, (phases, elapsed, restless), (race_phase, &URGES), -1.1);
-        let both = adds(LEVEL).into_iter().chain(needs(LEVEL)).collect();
-        w.link(&gains, &utilities, by_level(both));
-        w.link(costs, &utilities, by_level(needs(-LEVEL)));
+        w.link(&gain, &utilities, adds(LEVEL).into_iter().chain(needs(LEVEL)));
+        w.link(&costs.cost, &utilities, needs(-LEVEL));
         let absent = w.tonic("not_goals", fluents);
         w.link(goals, &absent, each(fluents, -1.3));
         w.link(&absent, &utilities, needs(FRESH));

@@ -52,7 +52,7 @@ impl Phase {
     ];
 }
 
-items!(Phase: Stuck, Signal: Left);
+items!(Phase: Stuck, Signal: Stalled);
 
 impl Timed for Phase {
     fn millis(self) -> f64 {
@@ -101,23 +101,29 @@ pub(super) enum Signal {
     Idle,
     /// Some slot is taken and no dead end, apart from the present one.
     Left,
+    /// Some goal is not reached even by the wave that waits for no costs.
+    Beyond,
+    /// That wave goes on.
+    News,
+    /// It runs and does not go on.
+    Stalled,
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Idle, Last, Left, Nobody, Open, Reached, Seen, Unreached,
-    Unready, Won,
+    Beyond, Closed, Double, Eligible, First, Idle, Last, Left, News, Nobody, Open, Reached, Seen,
+    Stalled, Unreached, Unready, Won,
 };
 
 /// Signals that must have lasted.
-const LASTING: [(Signal, f64); 4] =
-    [(Closed, 7.0), (Nobody, 25.0), (Reached, 4.0), (Unready, 40.0)];
+const LASTING: [(Signal, f64); 5] =
+    [(Closed, 7.0), (Nobody, 25.0), (Reached, 4.0), (Stalled, 25.0), (Unready, 40.0)];
 
 const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::Nothing, Start, &[Idle], &[], &[]),
     (When::After(Start), Wave, &[], &[], &[]),
     (When::After(Wave), Race, &[], &[Reached], &[]),
-    (When::Long(Wave), Stuck, &[Unreached], &[], &[]),
-    (When::After(Stuck), Start, &[], &[], &[Unreached]),
+    (When::In(Wave), Stuck, &[Beyond], &[Stalled], &[]),
+    (When::After(Stuck), Start, &[], &[], &[Beyond]),
     (When::After(Write), Settle, &[], &[], &[]),
     (When::After(Settle), Race, &[], &[], &[]),
     (When::In(Race), Check, &[Won], &[], &[]),
@@ -164,8 +170,8 @@ impl Control {
         machine.obey(wiring, ready);
         // Goals hold only once they are loaded.
         let never = [Fetch, Read, Start].map(|phase| (phase, Closed));
-        let during = [(Race, Nobody), (Wave, Reached), (Show, Unready)];
-        let against = [(Open, Closed), (Eligible, Nobody), (Unreached, Reached)];
+        let during = [(Race, Nobody), (Wave, Reached), (Wave, Stalled), (Show, Unready)];
+        let against = [(Open, Closed), (Eligible, Nobody), (Unreached, Reached), (News, Stalled)];
         machine.tell(wiring, (ready, Idle), (&during, &[Closed]), &never, &against, Double);
         let Machine { phases, signals, elapsed, .. } = machine;
         Self { phases, signals, restless, elapsed }

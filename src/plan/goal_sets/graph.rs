@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::choice::Choice;
 use super::control::{Control, Phase, Signal};
-use super::costs::{LEVELS, costs};
+use super::costs::{MOST_LEVELS, Wave, reach};
 use super::memory::memory;
 use super::motor::{Acting, act, load};
 use super::rules::Regression;
@@ -38,7 +38,7 @@ pub struct GoalSetPorts {
     pub phases: Out<Vector>,
     /// One number for each fluent: 1 if it is in the present goal set.
     pub goals: Out<Vector>,
-    /// Sixteen numbers for each fluent: as many are 1 as it has levels of cost.
+    /// As many numbers for each fluent as there are levels: as many are 1 as it has levels of cost.
     pub costs: Out<Vector>,
     /// One number for each operator: its utility in the race.
     pub utilities: Out<Vector>,
@@ -66,8 +66,8 @@ impl Regression {
     pub(super) fn units(fluents: usize, operators: usize) -> usize {
         // Pairs of fluents are kept as a table while the planner is built.
         let table = fluents.saturating_mul(fluents) / 256;
-        let rules = fluents.saturating_mul(3 * LEVELS + 18);
-        rules.saturating_add(operators.saturating_mul(17)).saturating_add(table)
+        let rules = fluents.saturating_mul(3 * MOST_LEVELS + 23);
+        rules.saturating_add(operators.saturating_mul(18)).saturating_add(table)
     }
 }
 
@@ -103,7 +103,15 @@ impl Module for GoalSetGraph {
         w.link(holds, &open, each(fluents, -1.3));
         w.link(&open, signals, gather(fluents, Signal::Open as usize, 1.0));
 
-        let costs = costs(w, &rules, (phases, signals), holds, &goals);
+        let [needs, adds] = [rules.links(|o| &o.preconditions, 1.0), rules.links(|o| &o.adds, 1.0)];
+        let resets = (phases, &[Phase::Start as usize][..]);
+        let names = ["reached", "pending", "enabled"];
+        let wave = Wave::new(w, names, (&needs, &adds), resets, (holds, rules.operators.len()));
+        wave.tell(w, "unreached", &goals, signals, Signal::Unreached as usize);
+        let costs = wave.count(w, &needs, resets, rules.levels);
+        let told = [Signal::Beyond as usize, Signal::News as usize];
+        let sizes = (holds, rules.operators.len());
+        reach(w, (&needs, &adds), resets, sizes, (&goals, signals), told);
         let choice = Choice::new(w, &rules, &control, (&goals, &open), &costs);
         let layout = Layout::new(fluents, rules.operators.len(), slots);
         let memory = memory(w, &layout, &rules, (phases, signals), &goals, &choice);
@@ -125,9 +133,7 @@ impl Module for GoalSetGraph {
             open: Signal::Open as usize,
             unready: Signal::Unready as usize,
         };
-        let links = [rules.links(|o| &o.preconditions, 1.0), rules.links(|o| &o.adds, 1.0)];
-        let actions =
-            act(w, (&links[0], &links[1]), (phases, signals), &acting, holds, &memory.shown);
+        let actions = act(w, (&needs, &adds), (phases, signals), &acting, holds, &memory.shown);
 
         let [ready, busy, holds, goal] = senses.inputs(w.scope);
         GoalSetPorts {
@@ -139,7 +145,7 @@ impl Module for GoalSetGraph {
             actions: w.scope.output("actions", actions.out),
             phases: control.phases.out,
             goals: goals.out,
-            costs: costs.out,
+            costs: costs.levels.out,
             utilities: choice.utilities.out,
             winner: choice.winner.out,
             slot: memory.slot.out,

@@ -1,6 +1,6 @@
 //! The race among operators: what makes it easier to win, accumulators, latches that hold the winner, and what breaks ties.
 
-use super::wiring::{Group, Wiring, each, gather, spread};
+use super::wiring::{Group, Wiring, behind, each, gather, spread};
 use crate::neurons::Map;
 use crate::sim::{Real, SimDuration, Synapse};
 
@@ -107,19 +107,10 @@ pub(super) fn race(
 }
 
 /// Lets every winner give way to those before it, while they are checked.
-///
-/// Winners are summed in rows, so that the weights are as many as operators times the root of their number.
 fn break_ties(w: &mut Wiring<'_, '_>, phases: &Group, check: usize, winner: &Group) {
-    const BEFORE: Real = 1.3;
     let operators = winner.count;
-    let side = operators.isqrt().max(1);
-    let rows = w.sum("winner_rows", operators.div_ceil(side));
-    w.link(winner, &rows, (0..operators).map(|a| (a, a / side, 1.0)));
     let later = w.both("give_way", operators);
-    let before = (0..operators).flat_map(|a| (0..a / side).map(move |row| (row, a, BEFORE)));
-    w.link(&rows, &later, before);
-    let beside = (0..operators).flat_map(|a| (a - a % side..a).map(move |b| (b, a, BEFORE)));
-    w.link(winner, &later, beside);
+    behind(w, "winner_rows", winner, &later, &[operators], 1.3);
     w.link(phases, &later, spread(check, operators, 1.0));
     w.link(&later, winner, each(operators, -4.0));
 }

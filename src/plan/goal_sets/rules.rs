@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use super::costs::{FEW_LEVELS, MOST_LEVELS};
 use super::mutex::Mutexes;
+use super::search::costs;
 use crate::plan::strips::Grounded;
 
 /// An operator, as regression sees it. All numbers are positions of fluents, in increasing order.
@@ -29,6 +31,8 @@ pub struct Regression {
     pub operators: Vec<Regressed>,
     /// Pairs of fluents that exclude each other.
     pub mutexes: Mutexes,
+    /// Levels of cost that are told apart: 16, or 32 if a fluent costs more from the start of the problem on.
+    pub levels: usize,
 }
 
 impl Regression {
@@ -62,6 +66,12 @@ impl Regression {
             Regressed { adds, preconditions, threatens, serves }
         });
         let operators = operators.collect();
-        Self { fluents, operators, mutexes }
+        let mut rules = Self { fluents, operators, mutexes, levels: MOST_LEVELS };
+        let start = problem.start.iter().copied().collect();
+        let costs = costs(&rules, &start);
+        if !costs.iter().any(|cost| cost.is_finite() && *cost > FEW_LEVELS as f64) {
+            rules.levels = FEW_LEVELS;
+        }
+        rules
     }
 }

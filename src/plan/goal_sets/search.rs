@@ -8,7 +8,6 @@ use std::collections::BTreeSet;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::costs::LEVELS;
 use super::rules::Regression;
 
 /// Number of times that a search starts.
@@ -32,7 +31,7 @@ pub struct Found {
 }
 
 /// Returns the additive cost of each fluent: one more than the sum of the costs of what its cheapest operator needs (Bonet
-/// and Geffner, "Planning as heuristic search", 2001). Costs above 16 count as 16, as in the graph.
+/// and Geffner, "Planning as heuristic search", 2001). Costs above [`Regression::levels`] count as so many, as in the graph.
 ///
 /// Costs O(levels x operators). A fluent that cannot be reached has an infinite cost.
 pub fn costs(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
@@ -46,7 +45,7 @@ pub fn costs(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
                 continue;
             }
             for add in &operator.adds {
-                costs[*add] = costs[*add].min((1.0 + needed).min(LEVELS as f64));
+                costs[*add] = costs[*add].min((1.0 + needed).min(rules.levels as f64));
             }
         }
         if costs == old {

@@ -8,8 +8,8 @@ use crate::sim::{EventSource, Graph, Simulator};
 pub struct SpikeCount {
     /// Spikes of all neurons.
     pub spikes: u64,
-    /// Synaptic events: each spike counts once for every weight that leads from its unit. Plastic synapses and weights behind
-    /// plain sums do not count.
+    /// Synaptic events: each spike counts once for every weight that leads from its unit, through plain sums as well. Plastic
+    /// synapses do not count.
     pub synaptic_events: u64,
 }
 

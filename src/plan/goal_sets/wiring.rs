@@ -1,6 +1,6 @@
 //! Groups of logical units, and the weighted links between them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::neurons::{Layers, Map, Select, SelectRule};
 use crate::sim::{
@@ -74,12 +74,18 @@ impl Module for Population {
     }
 }
 
+/// A link to a plain sum: two groups, and which item of the first leads to which of the second.
+type Summed = (String, String, Vec<(usize, usize)>);
+
 /// Adds groups and links to a scope.
 pub(super) struct Wiring<'a, 's> {
     pub scope: &'a mut Scope<'s>,
     /// Groups without links to others.
     cut: &'a [String],
     reach: Reach,
+    /// Names of plain sums, and what leads to them: from which item of which group to which item.
+    sums: BTreeSet<String>,
+    summed: Vec<Summed>,
 }
 
 /// How many weights lead from each item of each group, by the name of the group.
@@ -88,12 +94,23 @@ pub(super) type Reach = BTreeMap<String, Vec<u32>>;
 impl<'a, 's> Wiring<'a, 's> {
     /// Adds to a scope. Groups named in `cut` get no links to others.
     pub fn new(scope: &'a mut Scope<'s>, cut: &'a [String]) -> Self {
-        Self { scope, cut, reach: Reach::new() }
+        Self { scope, cut, reach: Reach::new(), sums: BTreeSet::new(), summed: Vec::new() }
     }
 
-    /// Returns how many weights lead from each item.
+    /// Returns how many weights lead from each item, those behind plain sums as well.
     pub fn reach(&mut self) -> Reach {
-        std::mem::take(&mut self.reach)
+        let mut reach = std::mem::take(&mut self.reach);
+        // A sum is linked before what leads to the next one.
+        for (from, to, pairs) in self.summed.drain(..).rev() {
+            let behind = reach.get(&to).cloned().unwrap_or_default();
+            let counts = reach.entry(from).or_default();
+            for (item, sum) in pairs {
+                if let (Some(count), Some(more)) = (counts.get_mut(item), behind.get(sum)) {
+                    *count += more;
+                }
+            }
+        }
+        reach
     }
 
     /// Returns whether the links from a group are cut.
@@ -148,6 +165,7 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Adds a plain sum, for inputs from outside and for slow copies.
     pub fn sum(&mut self, name: &str, count: usize) -> Group {
         let node = self.scope.add(name, Add::vector(count));
+        self.sums.insert(name.into());
         Group { name: name.into(), count, input: node.input, out: node.output }
     }
 
@@ -168,6 +186,8 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Adds a copy of a group through a slow synapse.
     pub fn slow(&mut self, name: &str, from: &Group, tau_ms: u64) -> Group {
         let copy = self.sum(name, from.count);
+        let pairs = (0..from.count).map(|i| (i, i)).collect();
+        self.summed.push((from.name.clone(), name.into(), pairs));
         self.scope.connect(&from.out, &copy.input, Synapse::lowpass_ms(tau_ms));
         copy
     }
@@ -190,7 +210,12 @@ impl<'a, 's> Wiring<'a, 's> {
         }
         let weights: Vec<Weight> = weights.into_iter().collect();
         let reach = self.reach.entry(from.name.clone()).or_insert_with(|| vec![0; from.count]);
-        weights.iter().for_each(|(item, ..)| reach[*item] += 1);
+        if self.sums.contains(&to.name) {
+            let pairs = weights.iter().map(|(item, sum, _)| (*item, *sum)).collect();
+            self.summed.push((from.name.clone(), to.name.clone(), pairs));
+        } else {
+            weights.iter().for_each(|(item, ..)| reach[*item] += 1);
+        }
         let name = format!("{}_to_{}", from.name, to.name);
         let link = self.scope.add(&name, Linear::sparse(from.count, to.count, weights));
         self.scope.connect(&from.out, &link.input, Synapse::None);
@@ -217,6 +242,37 @@ pub(super) fn replace(w: &mut Wiring<'_, '_>, from: &Group, to: &Group) {
     w.link(from, &any, gather(count, 0, 1.0));
     w.link(from, to, each(count, 2.7));
     w.link(&any, to, spread(0, count, -1.5));
+}
+
+/// Links each item to those behind it in the same of several `runs` of items, given by their lengths.
+///
+/// Items are summed in rows, by a group of this name, so that the weights of a run are as many as its items times the root of
+/// their number.
+pub(super) fn behind(
+    w: &mut Wiring<'_, '_>,
+    name: &str,
+    from: &Group,
+    to: &Group,
+    runs: &[usize],
+    weight: Real,
+) {
+    let (mut sums, mut before, mut beside) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rows, mut first) = (0, 0);
+    for length in runs {
+        let side = length.isqrt().max(1);
+        for i in 0..*length {
+            let item = first + i;
+            sums.push((item, rows + i / side, 1.0));
+            before.extend((rows..rows + i / side).map(|row| (row, item, weight)));
+            beside.extend((item - i % side..item).map(|other| (other, item, weight)));
+        }
+        rows += length.div_ceil(side);
+        first += length;
+    }
+    let summed = w.sum(name, rows);
+    w.link(from, &summed, sums);
+    w.link(&summed, to, before);
+    w.link(from, to, beside);
 }
 
 /// Weights from each item to the item of the same number.

@@ -1,13 +1,13 @@
 //! Reads conditions, effects and numeric expressions.
 
 use std::cell::RefCell;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use super::formula::{
     Comparison, Condition, ConditionalEffect, Expression, Function, Increase, Number, Operation,
 };
-use super::lists::{meant, tail};
+use super::lists::{MAX_NAMES, meant, tail};
 use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
 use super::sexpr::{Node, PddlFault, Place, Source, short};
 
@@ -31,14 +31,16 @@ const MAX_OPERANDS: usize = 32;
 /// The functions that conditions compare and that actions change.
 #[derive(Debug, Default)]
 pub(super) struct Numbers {
-    compared: Vec<(Place, String)>,
+    /// With the place of the first comparison.
+    compared: HashMap<String, Place>,
     changed: Vec<(Place, String)>,
 }
 
 impl Numbers {
     /// Marks the functions that change. Refuses a comparison of one, because it is not known at grounding.
     pub fn finish(self, source: Source<'_>, domain: &mut Domain) -> Result<(), PddlFault> {
-        for (place, name) in &self.changed {
+        let mut known = HashSet::new();
+        for (place, name) in self.changed.iter().filter(|(_, name)| known.insert(name)) {
             match domain.functions.iter_mut().find(|f| f.name == *name) {
                 Some(function) => function.changes = true,
                 // Only a cost may be undeclared.
@@ -48,7 +50,7 @@ impl Numbers {
                     changes: true,
                 }),
             }
-            if let Some((place, _)) = self.compared.iter().find(|(_, compared)| compared == name) {
+            if let Some(place) = self.compared.get(name) {
                 return Err(source.numeric(*place, name));
             }
             if name != TOTAL_COST {
@@ -77,7 +79,8 @@ impl Source<'_> {
     }
 }
 
-/// Greatest number of literals in the conditions of all effects of an action.
+/// Greatest number of parts of all conditions and expressions of an action that are written once and stand in several
+/// places.
 const MAX_COPIED: usize = 200_000;
 
 /// What is around an effect.
@@ -99,11 +102,11 @@ pub(super) struct Scope<'a> {
     /// Parameters and quantified variables, from the outermost.
     pub variables: Vec<Typed>,
     /// The value of `?duration`.
-    pub duration: Option<Expression>,
+    pub duration: Option<Rc<Expression>>,
     numbers: &'a RefCell<Numbers>,
     /// Types that are used as predicates.
     kinds: &'a mut BTreeSet<String>,
-    /// Number of literals in the conditions of effects.
+    /// Number of parts of the conditions of effects, and of the durations in expressions.
     copied: usize,
 }
 
@@ -142,6 +145,13 @@ impl<'a> Scope<'a> {
             (_, head) => head.unwrap_or_default(),
         };
         let known = self.domain.predicate(head).is_some();
+        // Some domains have a predicate `<` of their own.
+        let of_objects = |left, right| self.is_object(left) && self.is_object(right);
+        if let (Some(comparison), [left, right]) = (Comparison::of(head), rest)
+            && !((known || head == EQUAL) && of_objects(left, right))
+        {
+            return self.compare(comparison, left, right);
+        }
         match (head, rest) {
             ("and", _) => Ok(Condition::All(self.all(rest)?)),
             ("or", _) => Ok(Condition::Any(self.all(rest)?)),
@@ -172,13 +182,6 @@ impl<'a> Scope<'a> {
                 };
                 Err(self.source.unexpected(node, "complete condition", expected))
             }
-            (EQUAL, [left, right]) if !(self.is_object(left) && self.is_object(right)) => {
-                self.compare(Comparison::Equal, left, right)
-            }
-            ("<", [left, right]) => self.compare(Comparison::Less, left, right),
-            ("<=", [left, right]) => self.compare(Comparison::AtMost, left, right),
-            (">=", [left, right]) => self.compare(Comparison::AtLeast, left, right),
-            (">", [left, right]) => self.compare(Comparison::Greater, left, right),
             ("when", _) if !known => {
                 let expected = "(imply CONDITION CONDITION)";
                 Err(self.source.unexpected(node, "condition: `when` is for effects", expected))
@@ -215,6 +218,10 @@ impl<'a> Scope<'a> {
         let variables = self.source.variables(nodes, &self.domain.types, false)?;
         let depth = self.variables.len();
         self.variables.extend(variables);
+        if self.variables.len() > MAX_NAMES {
+            let expected = format!("at most {MAX_NAMES}, with those around it");
+            return Err(self.source.fault(node.place, "there are too many variables", expected));
+        }
         Ok(depth)
     }
 
@@ -362,17 +369,14 @@ impl<'a> Scope<'a> {
             action.conditional[open].effects.push(literal);
             return Ok(());
         }
+        let size: usize = under.conditions.iter().map(|condition| condition.size()).sum();
+        self.copy(
+            node,
+            size + self.variables.len() - under.own,
+            "the conditional effects are too large",
+        )?;
         let mut conditions: Vec<Condition> =
             under.conditions.iter().map(|condition| Condition::clone(condition)).collect();
-        for condition in &conditions {
-            condition.literals(false, &mut |_, _| self.copied += 1);
-        }
-        if self.copied > MAX_COPIED {
-            let problem =
-                format!("the conditional effects of `{}` are too large", short(&action.name));
-            let expected = format!("at most {MAX_COPIED} literals in their conditions");
-            return Err(self.source.fault(node.place, problem, expected));
-        }
         let condition = match conditions.len() {
             1 => conditions.swap_remove(0),
             _ => Condition::All(conditions),
@@ -381,6 +385,16 @@ impl<'a> Scope<'a> {
         let (variables, effects) = (self.variables[under.own..].to_vec(), vec![literal]);
         action.conditional.push(ConditionalEffect { variables, condition, effects });
         Ok(())
+    }
+
+    /// Counts the parts of what stands in a further place. Refuses too many.
+    fn copy(&mut self, node: &Node, size: usize, problem: &str) -> Result<(), PddlFault> {
+        self.copied += size;
+        if self.copied <= MAX_COPIED {
+            return Ok(());
+        }
+        let expected = format!("at most {MAX_COPIED} parts of conditions and expressions");
+        Err(self.source.fault(node.place, problem, expected))
     }
 
     /// Reads the change of a number. `alone` says that it is neither under a condition nor for all objects of a type.
@@ -395,8 +409,14 @@ impl<'a> Scope<'a> {
         let cost = function.head() == Some(TOTAL_COST) && tail(function).is_empty()
             || function.word() == Some(TOTAL_COST);
         let declared = self.domain.functions.iter().any(|f| f.name == TOTAL_COST);
-        let atom = if cost && !declared {
-            self.source.warn(function.place, "`total-cost` is not declared in :functions");
+        let atom = if cost && !(declared && function.list().is_some()) {
+            self.source.warn(
+                function.place,
+                match declared {
+                    true => "`total-cost` has no parentheses",
+                    false => "`total-cost` is not declared in :functions",
+                },
+            );
             Atom { predicate: TOTAL_COST.into(), arguments: Vec::new() }
         } else {
             self.function(function)?
@@ -414,7 +434,7 @@ impl<'a> Scope<'a> {
         // What is not a cost is ignored, whatever the amount.
         match self.expression(amount) {
             Ok(amount) => action.increases.push(Increase { function: atom, amount }),
-            Err(fault) if cost => return Err(fault),
+            Err(fault) if cost || self.copied > MAX_COPIED => return Err(fault),
             Err(_) => {}
         }
         Ok(())
@@ -434,7 +454,8 @@ impl<'a> Scope<'a> {
                 if known.is_some_and(|function| function.changes) {
                     return Err(self.source.numeric(node.place, &atom.predicate));
                 }
-                self.numbers.borrow_mut().compared.push((node.place, atom.predicate.clone()));
+                let compared = &mut self.numbers.borrow_mut().compared;
+                compared.entry(atom.predicate.clone()).or_insert(node.place);
             }
             sides.push(side);
         }
@@ -447,9 +468,10 @@ impl<'a> Scope<'a> {
     pub fn expression(&mut self, node: &Node) -> Result<Expression, PddlFault> {
         if let Some(word) = node.word() {
             if word == "?duration"
-                && let Some(duration) = &self.duration
+                && let Some(duration) = self.duration.clone()
             {
-                return Ok(duration.clone());
+                self.copy(node, duration.size(), "the durations are too large")?;
+                return Ok(Expression::clone(&duration));
             }
             let number = word.parse().ok().and_then(Number::new);
             if let Some(number) = number {

@@ -3,10 +3,13 @@
 //! What must hold at the start, over all, or at the end must hold before the action, unless the effects at its start make
 //! it true. Where the effects at the end concern the same atoms as those at the start, they count.
 
+use std::collections::HashSet;
+use std::rc::Rc;
+
 use super::conditions::Scope;
 use super::lists::tail;
-use super::pddl::Action;
-use super::sexpr::{Content, Node, PddlFault};
+use super::pddl::{Action, Atom, Literal};
+use super::sexpr::{Content, Node, PddlFault, short};
 
 /// When a part of a durative action is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +77,24 @@ fn parts(node: &Node, effect: bool) -> Vec<(Time, Node)> {
     }
 }
 
+/// Returns the predicate of an effect at the start that one at the end may undo, if one of the two is under a condition.
+///
+/// Of instant effects, those that make true are the last.
+fn undone<'a>(start: &'a Action, end: &'a Action) -> Option<&'a str> {
+    let key =
+        |literal: &'a Literal| (literal.atom.predicate.as_str(), literal.atom.arguments.len());
+    let conditional = |action: &'a Action| action.conditional.iter().flat_map(|c| &c.effects);
+    let falsified = |l: &&'a Literal| !l.positive;
+    let perhaps: HashSet<_> = conditional(end).filter(falsified).map(key).collect();
+    let surely: HashSet<_> = end.effects.iter().filter(falsified).map(key).collect();
+    let early = start.effects.iter().map(|l| (l, false));
+    let mut early = early.chain(conditional(start).map(|l| (l, true))).filter(|(l, _)| l.positive);
+    let undone = early.find(|(l, conditional)| {
+        perhaps.contains(&key(l)) || *conditional && surely.contains(&key(l))
+    });
+    undone.map(|(literal, _)| literal.atom.predicate.as_str())
+}
+
 impl Scope<'_> {
     /// Reads the duration, condition and effect of a durative action.
     pub fn durative(
@@ -85,28 +106,36 @@ impl Scope<'_> {
             && let (Some("=" | "<=" | ">="), [_, value]) = (node.head(), tail(node))
         {
             // Only costs may name the duration, and a fault in it is theirs.
-            self.duration = self.expression(value).ok();
+            self.duration = self.expression(value).ok().map(Rc::new);
         }
         let mut start = Action { parameters: action.parameters.clone(), ..Action::default() };
         let mut end = start.clone();
         for (time, part) in effect.map(|node| parts(node, true)).unwrap_or_default() {
             self.effects(&part, if time == Time::End { &mut end } else { &mut start })?;
         }
+        let (early, mut known) = (start.effects.iter().collect::<HashSet<_>>(), HashSet::new());
         for (time, part) in condition.map(|node| parts(node, false)).unwrap_or_default() {
             let mut read = Action::default();
             self.preconditions(&part, &mut read)?;
             if time != Time::Start {
                 // It holds since the start of the action.
-                read.preconditions.retain(|literal| !start.effects.contains(literal));
+                read.preconditions.retain(|literal| !early.contains(literal));
             }
-            for literal in read.preconditions {
-                if !action.preconditions.contains(&literal) {
-                    action.preconditions.push(literal);
-                }
-            }
+            read.preconditions.retain(|literal| known.insert(literal.clone()));
+            action.preconditions.extend(read.preconditions);
             action.conditions.extend(read.conditions);
         }
-        start.effects.retain(|early| !end.effects.iter().any(|late| late.atom == early.atom));
+        let late: HashSet<&Atom> = end.effects.iter().map(|late| &late.atom).collect();
+        start.effects.retain(|early| !late.contains(&early.atom));
+        if let (Some(node), Some(name)) = (effect, undone(&start, &end)) {
+            let problem = format!(
+                "effects at the start and at the end of `{}` on `{}` under conditions cannot be read as instant",
+                short(&action.name),
+                short(name)
+            );
+            let expected = "effects on it without conditions, or at one time";
+            return Err(self.source.fault(node.place, problem, expected));
+        }
         action.effects = [start.effects, end.effects].concat();
         action.conditional = [start.conditional, end.conditional].concat();
         action.increases = [start.increases, end.increases].concat();

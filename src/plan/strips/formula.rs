@@ -5,7 +5,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::pddl::{Atom, Literal, Typed};
+use super::pddl::{Atom, EQUAL, Literal, Typed};
 
 /// A finite number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
@@ -75,6 +75,14 @@ impl Expression {
         }
     }
 
+    /// Returns the number of parts.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Self::Number(_) | Self::Function(_) => 1,
+            Self::Binary(_, left, right) => 1 + left.size() + right.size(),
+        }
+    }
+
     /// Returns the functions that are named.
     pub fn functions(&self) -> Vec<&Atom> {
         match self {
@@ -101,6 +109,23 @@ pub enum Comparison {
 }
 
 impl Comparison {
+    /// Returns the sign, such as `<=`.
+    pub(super) fn sign(self) -> &'static str {
+        match self {
+            Self::Less => "<",
+            Self::AtMost => "<=",
+            Self::Equal => EQUAL,
+            Self::AtLeast => ">=",
+            Self::Greater => ">",
+        }
+    }
+
+    /// Returns the comparison of a sign.
+    pub(super) fn of(sign: &str) -> Option<Self> {
+        let all = [Self::Less, Self::AtMost, Self::Equal, Self::AtLeast, Self::Greater];
+        all.into_iter().find(|comparison| comparison.sign() == sign)
+    }
+
     /// Returns whether two numbers compare so.
     pub fn holds(self, left: Number, right: Number) -> bool {
         match self {
@@ -133,16 +158,30 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Calls `see` with every literal and whether it stands in an odd number of negations.
-    pub fn literals<'c>(&'c self, negated: bool, see: &mut impl FnMut(&'c Literal, bool)) {
+    /// Returns the number of parts.
+    pub(super) fn size(&self) -> usize {
         match self {
-            Self::Literal(literal) => see(literal, negated),
-            Self::Compare(..) => {}
-            Self::Not(inner) => inner.literals(!negated, see),
-            Self::All(parts) | Self::Any(parts) => {
-                parts.iter().for_each(|part| part.literals(negated, see));
+            Self::Literal(_) => 1,
+            Self::Compare(_, left, right) => left.size() + right.size(),
+            Self::Not(inner) => 1 + inner.size(),
+            Self::All(parts) | Self::Any(parts) => 1 + parts.iter().map(Self::size).sum::<usize>(),
+            Self::Exists(variables, inner) | Self::Forall(variables, inner) => {
+                variables.len() + inner.size()
             }
-            Self::Exists(_, inner) | Self::Forall(_, inner) => inner.literals(negated, see),
+        }
+    }
+
+    /// Calls `see` with every literal.
+    pub fn literals<'c>(&'c self, see: &mut impl FnMut(&'c Literal)) {
+        match self {
+            Self::Literal(literal) => see(literal),
+            Self::Compare(..) => {}
+            Self::Not(inner) | Self::Exists(_, inner) | Self::Forall(_, inner) => {
+                inner.literals(see);
+            }
+            Self::All(parts) | Self::Any(parts) => {
+                parts.iter().for_each(|part| part.literals(see));
+            }
         }
     }
 

@@ -17,15 +17,22 @@ const NO_TYPE: &str = "no type follows `-`";
 /// Greatest number of types of all names of a typed list.
 const MAX_TYPED: usize = 500_000;
 
-/// Returns whether a text has a domain, and whether it has a problem, however wrong they are otherwise.
-pub fn contents(bytes: &[u8]) -> [bool; 2] {
-    let nodes = Source { file: "", notes: &Notes::default() }.nodes(bytes).unwrap_or_default();
+/// Returns whether a text has a domain, and whether it has a problem, however wrong they are. `file` names the text in the
+/// error. JSON has neither.
+///
+/// # Errors
+/// Where parentheses do not match, or a limit of [`Domain::parse`] on the whole text is passed.
+pub fn contents(bytes: &[u8], file: &str) -> Result<[bool; 2], PddlFault> {
+    if bytes.trim_ascii_start().starts_with(b"{") {
+        return Ok([false, false]);
+    }
+    let nodes = Source { file, notes: &Notes::default() }.nodes(bytes)?;
     let defines = |what: &str| {
         nodes.iter().any(|node| {
             node.head() == Some("define") && tail(node).first().and_then(Node::head) == Some(what)
         })
     };
-    ["domain", "problem"].map(defines)
+    Ok(["domain", "problem"].map(defines))
 }
 
 /// Returns the elements of a list after its first.
@@ -320,7 +327,10 @@ impl Source<'_> {
         if counts.is_empty() {
             let near = meant(name, known.clone().map(|(name, _)| name));
             let names: Vec<&str> = known.map(|(name, _)| name).collect();
-            let expected = format!("one of: {}{near}", names.join(", "));
+            let expected = match names.is_empty() {
+                true => format!("one of: none, as no {what} is declared"),
+                false => format!("one of: {}{near}", names.join(", ")),
+            };
             return Err(self.unexpected(node, what, &expected));
         }
         let s = if given == 1 { "" } else { "s" };

@@ -1,6 +1,6 @@
 //! Domains and problems in memory, and the atoms that both consist of.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::formula::{Condition, ConditionalEffect, Derived, Function, Increase, Number};
 
@@ -228,7 +228,7 @@ pub struct Problem {
     pub name: String,
     /// Name of the domain.
     pub domain: String,
-    /// Objects, without the constants of the domain.
+    /// Objects, without the constants of the domain, except those of a narrower type in this problem.
     pub objects: Vec<Typed>,
     /// Facts that hold at first. All others do not.
     pub init: Vec<Fact>,
@@ -242,4 +242,15 @@ pub struct Problem {
     pub metric: Option<Fact>,
     /// What the text has that is sloppy or that is ignored, a sentence each.
     pub warnings: Vec<String>,
+}
+
+impl Problem {
+    /// Returns the constants of the domain, with their types in this problem, and the other objects.
+    pub fn all_objects<'a>(&'a self, domain: &'a Domain) -> Vec<&'a Typed> {
+        let own: HashMap<&str, &Typed> = self.objects.iter().map(|o| (&*o.name, o)).collect();
+        let constants: HashSet<&str> = domain.constants.iter().map(|c| &*c.name).collect();
+        let narrowed = domain.constants.iter().map(|c| own.get(&*c.name).copied().unwrap_or(c));
+        let others = self.objects.iter().filter(|o| !constants.contains(&*o.name));
+        narrowed.chain(others).collect()
+    }
 }

@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::conditions::{Numbers, Scope, TOTAL_COST, split};
 use super::formula::{Condition, Expression, Number};
 use super::lists::{meant, tail};
-use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Types};
+use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
 
 impl Problem {
@@ -14,7 +14,8 @@ impl Problem {
     /// the problem, the domain is skipped.
     ///
     /// # Errors
-    /// The first fault, with its place, what was found and what was expected.
+    /// The first fault, with its place, what was found and what was expected. A text has at most 64 MiB, 3 million words and
+    /// parentheses, and lists in 64 others; a typed list at most 500,000 types of all its names.
     pub fn parse(bytes: &[u8], file: &str, domain: &Domain) -> Result<Self, PddlFault> {
         let notes = Notes::default();
         let source = Source { file, notes: &notes };
@@ -36,6 +37,8 @@ impl Problem {
         }
         let types = objects.iter().map(|o| (o.name.clone(), o.types.clone())).collect();
         problem.objects = objects.split_off(domain.constants.len());
+        let narrowed = objects.into_iter().zip(&domain.constants).filter(|(own, c)| own != *c);
+        problem.objects.extend(narrowed.map(|(own, _)| own));
         let reader = ProblemReader { source, domain, types: &types };
         for section in sections {
             reader.section(section, &mut problem)?;
@@ -60,7 +63,7 @@ impl Problem {
         };
         for predicate in domain.predicates.iter().filter(|p| p.of_type) {
             let kind = std::slice::from_ref(&predicate.name);
-            let objects = domain.constants.iter().chain(&self.objects);
+            let objects = self.all_objects(domain).into_iter();
             let of_kind = objects.filter(|o| domain.types.may_be(&o.types, kind));
             let facts: Vec<Fact> = of_kind
                 .map(|o| Fact {
@@ -97,11 +100,7 @@ impl ProblemReader<'_> {
                 let (numbers, mut kinds) = (RefCell::new(Numbers::default()), BTreeSet::new());
                 let mut scope = Scope::new(source, self.domain, self.types, &numbers, &mut kinds);
                 let condition = scope.condition(node)?;
-                if let Some(kind) = kinds.iter().find(|kind| self.domain.predicate(kind).is_none())
-                {
-                    let problem = format!("`{}` is a type and no predicate", short(kind));
-                    return Err(source.fault(node.place, problem, "a predicate of the domain"));
-                }
+                let condition = of_kinds(condition, &kinds, 0);
                 let mut literals = Vec::new();
                 split(condition, &mut |literal| literals.push(literal), &mut problem.conditions);
                 for literal in literals {
@@ -264,7 +263,12 @@ impl ProblemReader<'_> {
                 return;
             }
         }
+        let named = tail(section).get(1).and_then(Node::head);
+        let named = named.filter(|name| !["+", "-", "*", "/"].contains(name));
+        let unknown = named.filter(|name| !self.domain.functions.iter().any(|f| f.name == *name));
+        let why = unknown.map(|name| format!("the domain has no function `{}`: ", short(name)));
         let what = "the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read";
+        let what = why.unwrap_or_default() + what;
         self.source.warn(section.place, what);
     }
 
@@ -282,6 +286,37 @@ impl ProblemReader<'_> {
                 };
                 Err(self.source.fault(place, problem, "one (:goal (and ...))"))
             }
+        }
+    }
+}
+
+/// Replaces types that are used as predicates, which the domain does not have: `(box ?x)` becomes
+/// `(exists (?a-box - box) (= ?x ?a-box))`. `depth` is the number of variables around the condition.
+fn of_kinds(condition: Condition, kinds: &BTreeSet<String>, depth: usize) -> Condition {
+    let all = |parts: Vec<Condition>| -> Vec<Condition> {
+        parts.into_iter().map(|part| of_kinds(part, kinds, depth)).collect()
+    };
+    match condition {
+        Condition::Literal(mut literal) if kinds.contains(&literal.atom.predicate) => {
+            let kind = std::mem::replace(&mut literal.atom.predicate, EQUAL.to_owned());
+            literal.atom.arguments.push(Term::Parameter(depth));
+            let positive = std::mem::replace(&mut literal.positive, true);
+            let variable = Typed { name: format!("?a-{kind}"), types: vec![kind] };
+            let inner = Box::new(Condition::Literal(literal));
+            let found = Condition::Exists(vec![variable], inner);
+            if positive { found } else { Condition::Not(Box::new(found)) }
+        }
+        Condition::Literal(_) | Condition::Compare(..) => condition,
+        Condition::Not(inner) => Condition::Not(Box::new(of_kinds(*inner, kinds, depth))),
+        Condition::All(parts) => Condition::All(all(parts)),
+        Condition::Any(parts) => Condition::Any(all(parts)),
+        Condition::Exists(variables, inner) => {
+            let inner = of_kinds(*inner, kinds, depth + variables.len());
+            Condition::Exists(variables, Box::new(inner))
+        }
+        Condition::Forall(variables, inner) => {
+            let inner = of_kinds(*inner, kinds, depth + variables.len());
+            Condition::Forall(variables, Box::new(inner))
         }
     }
 }

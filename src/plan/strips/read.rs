@@ -55,7 +55,9 @@ impl Domain {
     /// the problem is skipped.
     ///
     /// # Errors
-    /// The first fault, with its place, what was found and what was expected.
+    /// The first fault, with its place, what was found and what was expected. A text has at most 64 MiB, 3 million words and
+    /// parentheses, and lists in 64 others; a domain at most 1,024 types, predicates and functions each, 100,000 constants,
+    /// 4,096 actions and as many rules for derived predicates, 20,000 parameters, and 1,024 variables at any place.
     pub fn parse(bytes: &[u8], file: &str, bodies: Bodies) -> Result<Self, PddlFault> {
         let notes = Notes::default();
         let source = Source { file, notes: &notes };
@@ -109,9 +111,16 @@ impl DomainReader<'_> {
         let mut kinds = BTreeSet::new();
         if self.bodies != Bodies::Skip {
             for section in of(":derived") {
+                if self.domain.derived.len() == MAX_ACTIONS {
+                    let problem = "there are too many rules for derived predicates";
+                    let expected = format!("at most {MAX_ACTIONS}");
+                    return Err(self.source.fault(section.place, problem, expected));
+                }
                 let scope = Scope::new(self.source, &self.domain, &constants, &numbers, &mut kinds);
-                let derived = derived(scope, section)?;
-                self.domain.derived.push(derived);
+                if let [head, body] = tail(section) {
+                    let derived = derived(scope, head, body)?;
+                    self.domain.derived.push(derived);
+                }
             }
             self.order_derived(sections)?;
         }
@@ -214,18 +223,27 @@ impl DomainReader<'_> {
     fn predicates(&mut self, section: &Node) -> Result<(), PddlFault> {
         self.source.few(section)?;
         for node in tail(section) {
+            if node.head() == Some(EQUAL) {
+                self.source.warn(node.place, "`=` compares objects without a declaration");
+                continue;
+            }
             let expected = "(NAME ?PARAMETER - TYPE ...)";
-            let Some(name) = node.head().filter(|name| *name != EQUAL) else {
+            let Some(name) = node.head() else {
                 return Err(self.source.unexpected(node, "declaration of a predicate", expected));
             };
             let parameters = self.parameters(tail(node), true)?;
-            self.predicate(node.place, name, parameters);
+            self.predicate(node.place, name, parameters)?;
         }
         Ok(())
     }
 
     /// Declares a predicate. A predicate with another number of arguments is another one.
-    fn predicate(&mut self, place: Place, name: &str, parameters: Vec<Typed>) {
+    fn predicate(
+        &mut self,
+        place: Place,
+        name: &str,
+        parameters: Vec<Typed>,
+    ) -> Result<(), PddlFault> {
         if let Some(known) = self.domain.predicate_of(name, parameters.len()) {
             self.source.warn(place, format!("the predicate `{}` is declared twice", short(name)));
             // An argument may be of the types of both declarations.
@@ -235,7 +253,11 @@ impl DomainReader<'_> {
                 let new = other.types.into_iter().filter(|t| !known.types.contains(t));
                 known.types.extend(new.collect::<Vec<_>>());
             }
-            return;
+            return Ok(());
+        }
+        if self.domain.predicates.len() == MAX_NAMES {
+            let expected = format!("at most {MAX_NAMES}");
+            return Err(self.source.fault(place, "there are too many predicates", expected));
         }
         if self.domain.predicate(name).is_some() {
             let what = format!(
@@ -246,6 +268,7 @@ impl DomainReader<'_> {
         }
         let name = name.to_owned();
         self.domain.predicates.push(Predicate { name, parameters, of_type: false });
+        Ok(())
     }
 
     fn functions(&mut self, section: &Node) -> Result<(), PddlFault> {
@@ -299,7 +322,7 @@ impl DomainReader<'_> {
                 format!("the derived predicate `{}` is not declared in :predicates", short(name));
             self.source.warn(head.place, what);
             let parameters = self.parameters(tail(head), false)?;
-            self.predicate(head.place, name, parameters);
+            self.predicate(head.place, name, parameters)?;
         }
         Ok(())
     }
@@ -310,45 +333,53 @@ impl DomainReader<'_> {
         let mut needs: BTreeMap<(String, usize), BTreeSet<(String, usize)>> = BTreeMap::new();
         for rule in &self.domain.derived {
             let needed = needs.entry(key(&rule.predicate, rule.parameters.len())).or_default();
-            rule.condition.literals(false, &mut |literal, _| {
+            rule.condition.literals(&mut |literal| {
                 needed.insert(key(&literal.atom.predicate, literal.atom.arguments.len()));
             });
         }
-        let mut order: Vec<(String, usize)> = Vec::new();
-        while order.len() < needs.len() {
-            let ready = |(name, needed): &(&(String, usize), &BTreeSet<(String, usize)>)| {
-                let open = |n: &(String, usize)| needs.contains_key(n) && !order.contains(n);
-                !order.contains(name) && !needed.iter().any(open)
-            };
-            let Some(next) = needs.iter().find(ready).map(|(name, _)| name.clone()) else {
-                // Each rule that is left waits for another or for itself.
-                let left: Vec<String> =
-                    needs.keys().filter(|n| !order.contains(n)).map(|(n, _)| n.clone()).collect();
-                let mut rules = sections.iter().filter(|s| s.head() == Some(":derived"));
-                let place = rules.find(|s| {
-                    tail(s)
-                        .first()
-                        .and_then(Node::head)
-                        .is_some_and(|n| left.iter().any(|l| l == n))
-                });
-                let place = place.map_or(Place { line: 1, column: 1 }, |rule| rule.place);
-                let names: Vec<String> =
-                    left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
-                let problem = format!("{} is derived by way of itself", names.join(" or "));
-                return Err(self.source.fault(
-                    place,
-                    problem,
-                    "derived predicates without recursion",
-                ));
-            };
-            order.push(next);
+        let mut waiting: HashMap<&(String, usize), Vec<&(String, usize)>> = HashMap::new();
+        let mut unmet: HashMap<&(String, usize), usize> = HashMap::new();
+        for (rule, needed) in &needs {
+            let needed = needed.iter().filter(|needed| needs.contains_key(needed));
+            for needed in needed {
+                waiting.entry(needed).or_default().push(rule);
+                *unmet.entry(rule).or_default() += 1;
+            }
         }
-        let place = |rule: &Derived| {
-            order.iter().position(|(name, arguments)| {
-                *name == rule.predicate && *arguments == rule.parameters.len()
-            })
-        };
-        self.domain.derived.sort_by_key(place);
+        let mut ready: BTreeSet<&(String, usize)> =
+            needs.keys().filter(|rule| !unmet.contains_key(rule)).collect();
+        let mut order: HashMap<&(String, usize), usize> = HashMap::new();
+        while let Some(next) = ready.pop_first() {
+            order.insert(next, order.len());
+            for rule in waiting.get(next).into_iter().flatten() {
+                if let Some(unmet) = unmet.get_mut(rule) {
+                    *unmet -= 1;
+                    if *unmet == 0 {
+                        ready.insert(rule);
+                    }
+                }
+            }
+        }
+        if order.len() < needs.len() {
+            // Each rule that is left waits for another or for itself.
+            let left: Vec<String> = needs
+                .keys()
+                .filter(|key| !order.contains_key(key))
+                .map(|(n, _)| n.clone())
+                .collect();
+            let mut rules = sections.iter().filter(|s| s.head() == Some(":derived"));
+            let place = rules.find(|s| {
+                tail(s).first().and_then(Node::head).is_some_and(|n| left.iter().any(|l| l == n))
+            });
+            let place = place.map_or(Place { line: 1, column: 1 }, |rule| rule.place);
+            let names: Vec<String> =
+                left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
+            let problem = format!("{} is derived by way of itself", names.join(" or "));
+            return Err(self.source.fault(place, problem, "derived predicates without recursion"));
+        }
+        let place =
+            |rule: &Derived| order.get(&key(&rule.predicate, rule.parameters.len())).copied();
+        self.domain.derived.sort_by_cached_key(place);
         Ok(())
     }
 
@@ -438,14 +469,7 @@ fn count_variables(nodes: &[Node]) -> usize {
 }
 
 /// Reads a rule for a derived predicate.
-fn derived(mut scope: Scope<'_>, section: &Node) -> Result<Derived, PddlFault> {
-    let [head, body] = tail(section) else {
-        return Err(scope.source.unexpected(
-            section,
-            "rule for a derived predicate",
-            "(:derived HEAD CONDITION)",
-        ));
-    };
+fn derived(mut scope: Scope<'_>, head: &Node, body: &Node) -> Result<Derived, PddlFault> {
     let predicate = head.head().unwrap_or_default().to_owned();
     let mut parameters = scope.source.variables(tail(head), &scope.domain.types, false)?;
     // Types may stand in the declaration alone.

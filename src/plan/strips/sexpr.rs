@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::collections::HashSet;
 
 use thiserror::Error;
 
@@ -104,12 +105,13 @@ const MAX_WARNINGS: usize = 20;
 
 /// Warnings about a text.
 #[derive(Debug, Default)]
-pub(super) struct Notes(RefCell<(Vec<String>, usize)>);
+pub(super) struct Notes(RefCell<(Vec<String>, HashSet<String>)>);
 
 impl Notes {
     /// Returns the warnings, in the order in which they were found.
     pub fn into_warnings(self) -> Vec<String> {
-        let (mut warnings, left_out) = self.0.into_inner();
+        let (mut warnings, said) = self.0.into_inner();
+        let left_out = said.len() - warnings.len();
         if left_out > 0 {
             warnings.push(format!("and {left_out} further warnings"));
         }
@@ -142,18 +144,14 @@ impl Source<'_> {
     }
 
     /// Warns about a place. The same is said once.
-    pub fn warn(&self, place: Place, what: impl AsRef<str>) {
-        let what = what.as_ref();
-        let (warnings, left_out) = &mut *self.notes.0.borrow_mut();
-        if warnings.iter().any(|known| known.ends_with(what)) {
-            return;
-        }
-        if warnings.len() < MAX_WARNINGS {
+    pub fn warn(&self, place: Place, what: impl Into<String>) {
+        let what = what.into();
+        let (warnings, said) = &mut *self.notes.0.borrow_mut();
+        if said.len() < MAX_WARNINGS && !said.contains(&what) {
             let Place { line, column } = place;
             warnings.push(format!("{}, line {line}, column {column}: {what}", self.file));
-        } else {
-            *left_out += 1;
         }
+        said.insert(what);
     }
 
     /// Returns the text, which may be in Latin-1 or UTF-16.
@@ -198,6 +196,14 @@ impl Source<'_> {
         let mut done = Vec::new();
         let mut count = 0;
         for (place, word) in (Words { rest: text, place: start }) {
+            let whole = word;
+            let word = word.trim_end_matches(',');
+            if word != whole {
+                self.warn(place, format!("the comma in `{}` is ignored", short(whole)));
+            }
+            if word.is_empty() {
+                continue;
+            }
             // A word is several if it has no space before a question mark.
             let inner = word.match_indices('?').map(|(at, _)| at).filter(|at| *at > 0);
             let inner: Vec<usize> = inner.take(MAX_NODES).collect();
@@ -235,7 +241,8 @@ impl Source<'_> {
                     let ends = inner.iter().copied().chain([word.len()]);
                     let mut place = place;
                     for (from, to) in [0].into_iter().chain(inner.iter().copied()).zip(ends) {
-                        let content = Content::Word(word[from..to].to_lowercase());
+                        let part = word[from..to].trim_end_matches(',');
+                        let content = Content::Word(part.to_lowercase());
                         let node = Node { place, content };
                         open.last_mut().map_or(&mut done, |(_, nodes)| nodes).push(node);
                         place = after(place, &word[from..to]);

@@ -29,11 +29,7 @@ impl State {
 impl<'a> World<'a> {
     pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
         let numbers = problem.numbers.iter().map(|(function, value)| (function, *value));
-        Self {
-            domain,
-            objects: domain.constants.iter().chain(&problem.objects).collect(),
-            numbers: numbers.collect(),
-        }
+        Self { domain, objects: problem.all_objects(domain), numbers: numbers.collect() }
     }
 
     /// Returns the fact of an atom whose parameters are `bound`.

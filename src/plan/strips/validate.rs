@@ -55,9 +55,9 @@ pub fn validate<'s>(
     problem: &Problem,
     plan: impl IntoIterator<Item = &'s str>,
 ) -> Result<BTreeSet<Fact>, PlanFault> {
-    let objects: BTreeMap<&str, &Typed> =
-        domain.constants.iter().chain(&problem.objects).map(|o| (o.name.as_str(), o)).collect();
     let world = World::new(domain, problem);
+    let objects: BTreeMap<&str, &Typed> =
+        world.objects.iter().map(|o| (o.name.as_str(), *o)).collect();
     let mut state = State::new(problem.init.iter().cloned().collect());
     for (index, call) in plan.into_iter().enumerate() {
         let step = index + 1;

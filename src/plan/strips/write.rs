@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::formula::{Comparison, Condition, Derived, Expression, Operation};
+use super::formula::{Condition, Derived, Expression, Operation};
 use super::pddl::{Action, Atom, Domain, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed};
 
 /// Prints typed names: `a b - t c - (either t u)`. Names of type `object` stand without a type if all do.
@@ -71,14 +71,7 @@ impl Display for ShownCondition<'_> {
         match shown {
             Condition::Literal(l) => literal(f, l, names),
             Condition::Compare(comparison, left, right) => {
-                let sign = match comparison {
-                    Comparison::Less => "<",
-                    Comparison::AtMost => "<=",
-                    Comparison::Equal => "=",
-                    Comparison::AtLeast => ">=",
-                    Comparison::Greater => ">",
-                };
-                write!(f, "({sign} ")?;
+                write!(f, "({} ", comparison.sign())?;
                 expression(f, left, names)?;
                 f.write_str(" ")?;
                 expression(f, right, names)?;

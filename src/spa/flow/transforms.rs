@@ -199,7 +199,6 @@ fn by_sparse<A: FlowKind>(
         if !(1..=MOST_COMPONENTS).contains(&rows) {
             return Err(format!("{rows} rows; expected 1 to {MOST_COMPONENTS}"));
         }
-        let mut columns = vec![Vec::new(); width];
         for (row, column, weight) in &entries {
             if *row >= rows || *column >= width {
                 return Err(format!(
@@ -209,9 +208,9 @@ fn by_sparse<A: FlowKind>(
             if !weight.is_finite() {
                 return Err(format!("the matrix has the number {weight}; expected finite numbers"));
             }
-            columns[*column].push((*row as u32, *weight));
         }
-        Ok(Box::new(Sparse { to: rows, columns }))
+        let weights: Vec<_> = entries.iter().map(|(row, column, w)| (*column, *row, *w)).collect();
+        Ok(Box::new(Sparse::new(width, rows, &weights)))
     })
 }
 
@@ -225,8 +224,8 @@ fn embedded<A: FlowKind>(inner: Flow<A>, at: usize, width: usize) -> Flow<Vector
                 "{has} components from component {at} on; expected them within 0..{width}"
             ));
         }
-        let columns = (0..has).map(|column| vec![((at + column) as u32, 1.0)]).collect();
-        Ok(Box::new(Sparse { to: width, columns }))
+        let weights: Vec<_> = (0..has).map(|column| (column, at + column, 1.0)).collect();
+        Ok(Box::new(Sparse::new(has, width, &weights)))
     })
 }
 

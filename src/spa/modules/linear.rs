@@ -211,19 +211,14 @@ impl Linear<Vector, Vector> {
         to: usize,
         weights: impl IntoIterator<Item = (usize, usize, Real)>,
     ) -> Self {
-        let mut columns = vec![Vec::new(); from];
-        let mut fault = None;
-        for (input, output, factor) in weights {
-            match columns.get_mut(input) {
-                Some(column) if output < to => column.push((output as u32, factor)),
-                _ => {
-                    fault = Some(format!(
-                        "the weight from {input} to {output} is outside the node; it has {from} inputs and {to} outputs, counted from 0"
-                    ));
-                }
-            }
-        }
-        let map = Sparse { to, columns };
+        let weights: Vec<_> = weights.into_iter().collect();
+        let outside = weights.iter().rfind(|(input, output, _)| *input >= from || *output >= to);
+        let fault = outside.map(|(input, output, _)| {
+            format!(
+                "the weight from {input} to {output} is outside the node; it has {from} inputs and {to} outputs, counted from 0"
+            )
+        });
+        let map = Sparse::new(from, to, &weights);
         Self::new(InputSpec::vector(from), OutputSpec::vector(to), Box::new(map)).with_fault(fault)
     }
 }

@@ -178,13 +178,40 @@ impl LinearMap for Pooled {
 
 /// A matrix by columns: for each input, the outputs that it reaches.
 pub(crate) struct Sparse {
-    pub to: usize,
-    pub columns: Vec<Vec<(u32, Real)>>,
+    to: usize,
+    /// Where the weights of each column begin, and where those of the last one end.
+    starts: Vec<usize>,
+    /// Output and factor of each weight, column by column.
+    weights: Vec<(u32, Real)>,
+}
+
+impl Sparse {
+    /// Makes a matrix from weights: input, output, factor. Their positions lie within its widths, or they are left out. Weights of
+    /// one column are added in the order in which they are given.
+    pub fn new(from: usize, to: usize, weights: &[(usize, usize, Real)]) -> Self {
+        let inside = || weights.iter().filter(|(input, output, _)| *input < from && *output < to);
+        let mut starts = vec![0; from + 1];
+        inside().for_each(|(input, ..)| starts[input + 1] += 1);
+        for column in 0..from {
+            starts[column + 1] += starts[column];
+        }
+        let mut free = starts.clone();
+        let mut sorted = vec![(0, 0.0); starts[from]];
+        for (input, output, factor) in inside() {
+            sorted[free[*input]] = (*output as u32, *factor);
+            free[*input] += 1;
+        }
+        Self { to, starts, weights: sorted }
+    }
+
+    fn columns(&self) -> impl Iterator<Item = &[(u32, Real)]> {
+        self.starts.windows(2).map(|ends| &self.weights[ends[0]..ends[1]])
+    }
 }
 
 impl LinearMap for Sparse {
     fn input_width(&self) -> usize {
-        self.columns.len()
+        self.starts.len() - 1
     }
 
     fn output_width(&self) -> usize {
@@ -193,7 +220,7 @@ impl LinearMap for Sparse {
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
         hash.text("sparse").number(self.to as u64);
-        for column in &self.columns {
+        for column in self.columns() {
             hash.number(column.len() as u64);
             for (output, factor) in column {
                 hash.number(u64::from(*output)).reals(&[*factor]);
@@ -203,7 +230,7 @@ impl LinearMap for Sparse {
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
         out.fill(0.0);
-        for (value, column) in input.iter().zip(&self.columns) {
+        for (value, column) in input.iter().zip(self.columns()) {
             if *value != 0.0 {
                 for (output, factor) in column {
                     out[*output as usize] += value * factor;

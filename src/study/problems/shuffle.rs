@@ -42,7 +42,7 @@ impl PlanningProblem {
         let declared = domain.predicates.iter().map(|p| p.name.clone());
         let predicates = Names::draw(declared.filter(|name| name != EQUAL), 'p', rng);
         let actions = Names::draw(domain.actions.iter().map(|a| a.name.clone()), 'a', rng);
-        let objects = domain.constants.iter().chain(&problem.objects).map(|o| o.name.clone());
+        let objects = problem.all_objects(&domain).into_iter().map(|o| o.name.clone());
         let objects = Names::draw(objects, 'o', rng);
         let atom = |atom: &mut Atom| {
             predicates.change(&mut atom.predicate);

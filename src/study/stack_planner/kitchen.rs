@@ -167,6 +167,7 @@ impl Kitchen {
             operators: operators.collect(),
             start: self.start.clone(),
             goal: self.fluents.len().checked_sub(1).into_iter().collect(),
+            warnings: Vec::new(),
         };
         StripsWorld::new(&problem, SimDuration::from_millis(LOCK_MS))
     }

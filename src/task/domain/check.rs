@@ -50,7 +50,7 @@ impl RelationalDomain {
             let expected = "finite numbers of at least 0";
             (!noise.iter().all(usable)).then(|| Fault::new("the noise is not usable", expected))
         };
-        let of_kinds = || self.sub_kinds.iter().find_map(SubKinds::fault);
+        let of_kinds = || SubKinds::fault_of(&self.sub_kinds);
         names
             .or_else(of_states)
             .or_else(of_operators)

@@ -47,7 +47,7 @@ pub(crate) use situation::is_within;
 pub use situation::{Fact, Situation};
 pub(crate) use state::ROOMY_M;
 pub use state::{Coordinate, FrameState, Origin, Place, Turn};
-pub use sub_kinds::{SubKind, SubKinds};
+pub use sub_kinds::{SubKind, SubKinds, Undivided};
 
 /// A learned domain with states in frames, operators with parameters, and a goal.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,8 @@
 //! Kinds that are divided by an attribute, because what is done to their objects differs by it.
 
+use std::collections::BTreeSet;
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::RelationalDomain;
@@ -64,14 +67,36 @@ impl SubKind {
     }
 }
 
-/// Gives the objects of divided kinds in a snapshot their sub-kind. Returns the objects in no part, each with its kind and the
-/// attribute that decides: they keep their kind, of which the domain knows nothing.
+/// An object of a divided kind that is in no part, as its attribute is missing or has a value that no demonstration showed. It
+/// keeps its kind, of which the domain knows nothing.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Undivided {
+    /// Id of the object.
+    pub id: String,
+    /// Its kind.
+    pub kind: String,
+    /// The attribute that divides the kind.
+    pub attribute: String,
+}
+
+impl fmt::Display for Undivided {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { id, kind, attribute } = self;
+        write!(
+            f,
+            "`{id}` is in no state: its kind `{kind}` is divided by `{attribute}`, which it lacks or which has a value that \
+             no demonstration showed"
+        )
+    }
+}
+
+/// Gives the objects of divided kinds in a snapshot their sub-kind. Returns those in no part.
 fn divide(
     sub_kinds: &[SubKinds],
     snapshot: &mut Snapshot,
     attributes: &Attributes,
     demo: usize,
-) -> Vec<(String, String, String)> {
+) -> Vec<Undivided> {
     let mut left = Vec::new();
     for object in &mut snapshot.objects {
         let Some(divided) = sub_kinds.iter().find(|s| *s.kind == *object.kind) else { continue };
@@ -79,47 +104,79 @@ fn divide(
         match value.and_then(|value| divided.of.iter().find(|part| part.has(value))) {
             Some(part) => object.kind = part.name.as_str().into(),
             None => {
-                left.push((object.id.to_string(), divided.kind.clone(), divided.attribute.clone()));
+                let (id, kind) = (object.id.to_string(), divided.kind.clone());
+                left.push(Undivided { id, kind, attribute: divided.attribute.clone() });
             }
         }
     }
     left
 }
 
+/// Returns whether no text occurs twice.
+fn differ<'a>(mut all: impl Iterator<Item = &'a str>) -> bool {
+    let mut known = BTreeSet::new();
+    all.all(|text| known.insert(text))
+}
+
 impl SubKinds {
-    /// Gives the objects of divided kinds in a recording their sub-kind.
-    pub fn apply(all: &[Self], recording: &mut Recording, attributes: &Attributes) {
+    /// Gives the objects of divided kinds in a recording their sub-kind. Returns those in no part, each once.
+    pub fn apply(
+        all: &[Self],
+        recording: &mut Recording,
+        attributes: &Attributes,
+    ) -> BTreeSet<Undivided> {
+        let mut left = BTreeSet::new();
         for (demo, demonstration) in recording.demos.iter_mut().enumerate() {
             for snapshot in &mut demonstration.snapshots {
-                divide(all, snapshot, attributes, demo);
+                left.extend(divide(all, snapshot, attributes, demo));
             }
         }
+        left
     }
 
     /// Returns what is wrong with a division, if anything is.
-    pub(super) fn fault(&self) -> Option<Fault> {
+    fn fault(&self) -> Option<Fault> {
         let finite = |v: &Option<f64>| v.is_none_or(f64::is_finite);
+        let ends = |part: &SubKind| {
+            (part.from.unwrap_or(f64::NEG_INFINITY), part.below.unwrap_or(f64::INFINITY))
+        };
         let usable = |part: &SubKind| {
             let number = part.from.is_some() || part.below.is_some();
             let text = !part.name.is_empty() && part.words.is_empty() == number;
-            text && finite(&part.from) && finite(&part.below)
+            text && finite(&part.from) && finite(&part.below) && ends(part).0 < ends(part).1
         };
-        let sound = self.of.len() >= 2 && self.of.iter().all(usable);
+        let numbers = self.of.iter().filter(|part| part.words.is_empty());
+        let mut ranges: Vec<(f64, f64)> = numbers.map(ends).collect();
+        ranges.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let words = self.of.iter().flat_map(|part| &part.words);
+        let sound = self.of.len() >= 2
+            && !self.kind.is_empty()
+            && !self.attribute.is_empty()
+            && self.of.iter().all(usable)
+            && differ(self.of.iter().map(|part| &*part.name))
+            && differ(words.map(|word| &**word))
+            && ranges.windows(2).all(|two| two[0].1 <= two[1].0);
         let problem = || format!("kind `{}` is not divided by `{}`", self.kind, self.attribute);
-        let expected =
-            "at least two parts, each with a name, and either `words` or `from` and `below`";
+        let expected = "a kind, an attribute, and at least two parts, each with a name of its own and either `words` or \
+                        `from` below `below`, of which no two share a value";
         (!sound).then(|| Fault::new(problem(), expected))
+    }
+
+    /// Returns what is wrong with the divisions of a domain, if anything is.
+    pub(super) fn fault_of(all: &[Self]) -> Option<Fault> {
+        let twice = || Fault::new("a kind is divided twice", "one division for each kind");
+        let parts = || Fault::new("two parts have one name", "a name of its own for each part");
+        let names = all.iter().flat_map(|divided| &divided.of).map(|part| &*part.name);
+        (all.iter().find_map(Self::fault))
+            .or_else(|| (!differ(all.iter().map(|divided| &*divided.kind))).then(twice))
+            .or_else(|| (!differ(names)).then(parts))
     }
 }
 
 impl RelationalDomain {
-    /// Gives the objects of a scene the kinds that the domain knows, if it divides kinds by attributes. Returns the objects
-    /// whose attribute is missing or has a value that no demonstration showed, each with its kind and the attribute.
-    pub fn divide(
-        &self,
-        scene: &mut Snapshot,
-        attributes: &Attributes,
-    ) -> Vec<(String, String, String)> {
+    /// Gives the objects of a scene the kinds that the domain knows, if it divides kinds by attributes. Returns those in no
+    /// part.
+    pub fn divide(&self, scene: &mut Snapshot, attributes: &Attributes) -> Vec<Undivided> {
         divide(&self.sub_kinds, scene, attributes, 0)
     }
 }

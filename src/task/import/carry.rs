@@ -117,9 +117,15 @@ pub(super) fn carries(sessions: &[Session]) -> Vec<Vec<Carries>> {
 
 fn of_part(part: &Part, motions: Vec<Motion>, grips: &Grips, new: &mut Grips) -> Carries {
     let mut found = Carries { motions, ..Carries::default() };
-    match holds(part) {
-        Some(holds) => holds.iter().for_each(|hold| held(part, hold, &mut found, grips, new)),
-        None => moved(part, &mut found, grips, new),
+    let holds = holds(part);
+    holds.iter().flatten().for_each(|hold| held(part, hold, &mut found, grips, new));
+    if found.carries.is_empty() {
+        moved(part, &mut found, grips, new);
+        if holds.is_some() && !found.carries.is_empty() {
+            let what =
+                "the gripper's signals, with which no object moved; motion alone tells the carries";
+            found.dropped.push(what.into());
+        }
     }
     found.carries.sort_by(|a, b| a.from.total_cmp(&b.from));
     found
@@ -310,9 +316,7 @@ fn moved(part: &Part, found: &mut Carries, grips: &Grips, new: &mut Grips) {
                 > 0.5 * (m.to - m.from).min(first.to - first.from)
         };
         let group: Vec<(usize, Move)> = all.iter().filter(|(_, m)| common(m)).copied().collect();
-        all.retain(|(i, m)| {
-            *i != object && !common(m) || *i == object && *m != first && !common(m)
-        });
+        all.retain(|(_, m)| !common(m));
         let rides: Vec<Ride> =
             group.iter().filter_map(|(i, m)| ride(part, found, *i, m.from, m.to)).collect();
         note(part, &rides, new);

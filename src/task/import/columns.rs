@@ -83,7 +83,7 @@ const SESSIONS: [&str; 13] = [
     "episodeindex",
     "demoindex",
 ];
-const TIMES: [&str; 11] = [
+const TIMES: [&str; 16] = [
     "t",
     "time",
     "timestamp",
@@ -95,6 +95,11 @@ const TIMES: [&str; 11] = [
     "clock",
     "simtime",
     "elapsedtime",
+    "nsec",
+    "nsecs",
+    "nanosec",
+    "nanosecs",
+    "nanoseconds",
 ];
 const WIDTHS: [&str; 14] = [
     "gripwidth",
@@ -158,10 +163,25 @@ fn axis(word: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|name| *name == word)
 }
 
+/// Returns the name of a column of time without its unit at the end.
+pub(super) fn without_unit(name: &str) -> String {
+    let mut words = words(name);
+    if words.last().is_some_and(|word| unit(&word.text).is_some()) {
+        words.pop();
+    }
+    words.into_iter().map(|word| word.text).collect()
+}
+
 /// Reads what a column holds from its name; `None` if the name says nothing.
 pub(super) fn recognise(name: &str) -> Option<Column> {
     let mut words = words(name);
     let mut end_unit = None;
+    // A unit alone is the name of a time.
+    if let [only] = &words[..]
+        && let Some(found @ Unit::Time(TimeUnit::Nanosecond)) = unit(&only.text)
+    {
+        end_unit = Some(found);
+    }
     if words.len() > 1
         && let Some(found) = words.last().and_then(|word| unit(&word.text))
     {
@@ -343,6 +363,7 @@ mod tests {
             ("header.stamp.secs", Field::Time, ""),
             ("time (ms)", Field::Time, ""),
             ("timestamp_ns", Field::Time, ""),
+            ("nsecs", Field::Time, ""),
             ("object_id", Field::Id, ""),
             ("grip_width", Field::Width, ""),
             ("grasp_detected", Field::Grasp, ""),

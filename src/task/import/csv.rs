@@ -1,10 +1,10 @@
-//! Reads tables of text: comma, semicolon, tab or bar between fields, with or without comments.
+//! Reads tables of text: comma, semicolon, tab, bar or spaces between fields, with or without comments.
 
 use super::layout::{Finder, Layout, Turn};
 use super::mapping::{Angle, TableMap, TimeUnit};
 use super::rows::{Row, Rows, is_missing, number};
 use super::streams::{Guess, Source, Streams};
-use crate::logs::Pattern;
+use crate::logs::fits;
 use crate::task::error::InputFault;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
@@ -20,6 +20,8 @@ pub(super) struct Text {
     pub delimiter: u8,
     pub comma: bool,
     pub header: Vec<String>,
+    /// Whether each column counts the rows.
+    counts: Vec<bool>,
     /// Number of records of the header.
     pub rows: usize,
     line: usize,
@@ -56,23 +58,15 @@ impl Text {
             problem: problem.into(),
             expected: expected.into(),
         };
-        let first = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
-        let first = first.filter(|line| !line.is_empty() && line[0] != b'#').take(1).next();
-        let Some(first) = first else {
-            return Err(fault("it has no rows", "a header and rows"));
-        };
         let delimiter = match table.delimiter {
-            Some(c) if c.is_ascii() => c as u8,
-            Some(c) => {
-                return Err(fault(&format!("the delimiter is `{c}`"), "one of , ; | and a tab"));
+            Some(c) if !c.is_ascii() => {
+                let expected = "one of , ; | and a tab or space";
+                return Err(fault(&format!("the delimiter is `{c}`"), expected));
             }
-            None => {
-                let count = |d: &u8| first.iter().filter(|b| *b == d).count();
-                [b',', b';', b'\t', b'|']
-                    .into_iter()
-                    .max_by_key(|d| (count(d), *d == b','))
-                    .unwrap_or(b',')
-            }
+            _ => delimiter(bytes, table),
+        };
+        let (comment, Some(_)) = first(bytes) else {
+            return Err(fault("it has no rows", "a header and rows"));
         };
         let mut looked: Vec<ByteRecord> = Vec::new();
         for record in reader(bytes, delimiter).into_byte_records().take(LOOK) {
@@ -109,7 +103,10 @@ impl Text {
                 .count()
                 .min(if looked.len() > 1 { 3 } else { 1 }),
         };
-        if rows == 0 || rows > looked.len() {
+        // The names may stand in the last comment before the rows.
+        let names = reader(comment, delimiter).into_byte_records().next().and_then(Result::ok);
+        let names = names.filter(|names| rows == 0 && names.len() == looked[0].len());
+        if rows == 0 && names.is_none() || rows > looked.len() {
             return Err(fault("it has no row of names", "names of the columns in the first row"));
         }
         if rows > 1 && table.header_rows.is_none() {
@@ -121,12 +118,22 @@ impl Text {
                 file: file.into(),
             });
         }
-        let columns = looked[..rows].iter().map(ByteRecord::len).max().unwrap_or_default();
+        if names.is_some() {
+            let reason = "the rows have no names; the comment before them has as many fields";
+            guesses.push(Guess {
+                what: "header_rows".into(),
+                value: "0".into(),
+                reason: reason.into(),
+                file: file.into(),
+            });
+        }
+        let titles = || looked[..rows].iter().chain(&names);
+        let columns = titles().map(ByteRecord::len).max().unwrap_or_default();
         if columns > MOST_COLUMNS {
             return Err(fault(&format!("it has {columns} columns"), "at most 10,000"));
         }
         let mut header = vec![String::new(); columns];
-        for record in &looked[..rows] {
+        for record in titles() {
             for (name, cell) in header.iter_mut().zip(record) {
                 let cell = String::from_utf8_lossy(cell);
                 if !name.is_empty() && !cell.is_empty() {
@@ -135,9 +142,59 @@ impl Text {
                 name.push_str(&cell);
             }
         }
-        let line = looked[rows - 1].position().map_or(1, |p| p.line() as usize);
-        Ok(Self { delimiter, comma, header, rows, line })
+        let last = rows.checked_sub(1).and_then(|last| looked[last].position());
+        let line = last.map_or(1, |position| position.line() as usize);
+        let counts = (0..columns).map(|column| counts(&looked[rows..], column)).collect();
+        Ok(Self { delimiter, comma, header, counts, rows, line })
     }
+}
+
+/// Returns the last comment before the first row, and that row.
+fn first(bytes: &[u8]) -> (&[u8], Option<&[u8]>) {
+    let mut comment: &[u8] = b"";
+    for line in bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii) {
+        match line.split_first() {
+            None => {}
+            Some((b'#', text)) => comment = text.trim_ascii(),
+            Some(_) => return (comment, Some(line)),
+        }
+    }
+    (comment, None)
+}
+
+/// Returns the character between fields: that of the mapping, or the most frequent of the first row.
+fn delimiter(bytes: &[u8], table: &TableMap) -> u8 {
+    if let Some(c) = table.delimiter.filter(char::is_ascii) {
+        return c as u8;
+    }
+    let first = first(bytes).1.unwrap_or_default();
+    let count = |d: u8| first.iter().filter(|b| **b == d).count();
+    let most = [b',', b';', b'\t', b'|'].into_iter().max_by_key(|d| (count(*d), *d == b','));
+    // Words of a name stand between other delimiters.
+    most.filter(|most| count(*most) > 0 || count(b' ') == 0).unwrap_or(b' ')
+}
+
+/// Returns a text with one space between the words of each line.
+fn single_spaced(bytes: &[u8]) -> Vec<u8> {
+    let mut text = Vec::with_capacity(bytes.len());
+    for line in bytes.split(|b| *b == b'\n') {
+        let words: Vec<&[u8]> =
+            line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
+        text.extend(words.join(&b' '));
+        text.push(b'\n');
+    }
+    text
+}
+
+/// Returns whether a column has one more on each row, for at least 20 rows.
+fn counts(rows: &[ByteRecord], column: usize) -> bool {
+    let number = |row: &ByteRecord| std::str::from_utf8(row.get(column)?).ok()?.parse::<u64>().ok();
+    let next = |two: &[ByteRecord]| {
+        number(&two[0])
+            .and_then(|row| row.checked_add(1))
+            .is_some_and(|row| number(&two[1]) == Some(row))
+    };
+    rows.len() >= 20 && rows.windows(2).all(next)
 }
 
 /// Returns whether numbers are written with a decimal comma.
@@ -154,33 +211,18 @@ fn decimal_comma(records: &[ByteRecord]) -> bool {
     commas > 0 && points == 0
 }
 
-/// Where a file belongs: its session and part.
-pub(super) fn place(streams: &Streams, name: &str) -> Option<(String, String)> {
-    let pattern = streams.mapping.sessions.as_ref()?;
-    let found = Pattern::captured(pattern, name)?;
-    let value = |key: &str| found.iter().find(|(k, _)| k == key).map(|(_, v)| (*v).to_owned());
-    Some((value("session")?, value("part").unwrap_or_default()))
-}
-
-/// Words at the end of file names that say what a table holds, not which session it is of.
-const ROLES: [&str; 14] = [
-    "objects", "object", "robot", "poses", "pose", "gripper", "hand", "parts", "tracking", "arm",
-    "ee", "camera", "tf", "contacts",
-];
-
-/// Returns the session that a file's name gives without a pattern.
-pub(super) fn session_of(name: &str) -> &str {
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-    match stem.rsplit_once(['_', '-', '.']) {
-        Some((session, role)) if ROLES.contains(&role.to_ascii_lowercase().as_str()) => session,
-        _ if ROLES.contains(&stem.to_ascii_lowercase().as_str()) => "",
-        _ => stem,
-    }
-}
-
 impl Streams {
     /// Adds the rows of a table of text. `file` is its name in errors; patterns are compared with the part behind the
     /// last `/`. Costs about 1 µs a row and body.
+    ///
+    /// A file has at most 20 million rows and 10,000 columns, a session at most 2,000 objects, and a name at most 200
+    /// characters.
+    ///
+    /// The rows go to the session that a column names; else to that of the mapping's pattern of file names; else to that
+    /// of the file's name without an ending such as `_robot` or `_objects`. A file whose name is such a word has the
+    /// session of its folder. A clock that goes back begins another session. Sessions of the same name in several folders,
+    /// or of the same value in several files, are one if only one of them has poses of objects, and else have the folder
+    /// or the file before their names. Rows of a table without the column go to the session whose span of time holds them.
     ///
     /// # Errors
     /// [`InputFault`] with the line and the column of the first fault.
@@ -191,10 +233,23 @@ impl Streams {
         let unmapped = TableMap::default();
         let table = mapping.table(name).unwrap_or(&unmapped);
         let mut guesses = Vec::new();
+        let spaced = (delimiter(bytes, table) == b' ').then(|| single_spaced(bytes));
+        let bytes = spaced.as_deref().unwrap_or(bytes);
         let text = Text::of(bytes, file, table, &mut guesses)?;
         let header = &*text.header;
         let (line, guesses_of) = (text.line, &mut guesses);
-        let finder = Finder { header, file, line, mapping: &mapping, table, guesses: guesses_of };
+        let session = self.session.as_deref();
+        let (counts, mapped) = (&*text.counts, &mapping);
+        let finder = Finder {
+            header,
+            file,
+            counts,
+            line,
+            mapping: mapped,
+            table,
+            session,
+            guesses: guesses_of,
+        };
         let layout = finder.find()?;
         let angle = match mapping.angle.or(layout.angle) {
             Some(angle) => angle,
@@ -225,6 +280,11 @@ impl Streams {
             times: Vec::new(),
             rows: 0,
         });
+        let turns = layout.bodies.iter().map(|body| body.turn);
+        self.rotations.extend(turns.filter_map(|turn| match turn {
+            Turn::Three(_, rotation) => Some(rotation),
+            _ => None,
+        }));
         if mapping.tables.is_empty() {
             let mut read = layout.described(header, &mapping);
             read.header_rows = (text.rows > 1).then_some(text.rows);
@@ -232,11 +292,9 @@ impl Streams {
                 Some((_, files)) => files.push(name.to_owned()),
                 None => self.tables.push((read, vec![name.to_owned()])),
             }
-            if mapping.session.is_none()
-                && let Some(column) = layout.session
-            {
-                self.mapping.session = Some(header[column].clone());
-            }
+        }
+        if let Some(column) = layout.session {
+            self.session.get_or_insert_with(|| header[column].clone());
         }
         if !layout.unused.is_empty() {
             self.unused.push((file.into(), layout.unused.clone()));
@@ -244,25 +302,10 @@ impl Streams {
         for guess in guesses {
             self.note(guess);
         }
-        let (session, part) = match place(self, name) {
-            Some(place) => place,
-            None if mapping.sessions.is_some() => {
-                let problem =
-                    "its name does not fit the pattern of `sessions` in the mapping".to_owned();
-                return Err(InputFault {
-                    file: file.into(),
-                    line: None,
-                    field: String::new(),
-                    problem,
-                    expected: mapping.sessions.unwrap_or_default(),
-                });
-            }
-            None => (session_of(name).to_owned(), String::new()),
-        };
+        let home = self.home(file)?;
         let referred = mapping.tables.iter().filter_map(|t| t.row_of.as_ref());
-        let referred = referred.into_iter().any(|pattern| Pattern::fits(pattern, name));
-        let rows =
-            Rows { layout: &layout, text: &text, file, angle, source, referred, session, part };
+        let referred = referred.into_iter().any(|pattern| fits(pattern, name));
+        let rows = Rows { layout: &layout, text: &text, file, angle, source, referred, home };
         rows.read(bytes, self)
     }
 

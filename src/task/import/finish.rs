@@ -1,13 +1,14 @@
 //! Turns what was read into streams in seconds and metres, in the world's axes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::columns::{kind_of, names_a_hand};
+use super::columns::kind_of;
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
-use super::streams::{Dropped, Guess, Part, Sample, Source, Streams, Track};
-use crate::logs::Pattern;
+use super::sessions::{joined, scattered};
+use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
+use crate::logs::fits;
 use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
@@ -89,61 +90,136 @@ pub(super) fn median(values: &mut [f64]) -> Option<f64> {
     Some(*value)
 }
 
+/// Turns times of the files of one part into seconds.
+struct Clock<'a> {
+    sources: &'a [Source],
+    units: &'a [TimeUnit],
+    /// Times of the rows of tables to which others refer, by the index of the file.
+    rows: &'a [(u32, Vec<f64>)],
+}
+
+impl Clock<'_> {
+    /// Returns a time of a file in seconds. In a table that refers to the rows of another, the time is a row's number.
+    fn seconds(&self, t: f64, source: u32) -> Result<f64, InputFault> {
+        let unit = |source: u32| self.units[source as usize].seconds();
+        let own = &self.sources[source as usize];
+        let Some(pattern) = &own.row_of else { return Ok(t * unit(source)) };
+        let refused = |problem, expected| Err(fault(&own.file, "row_of", problem, expected));
+        let fits = |(of, _): &&(u32, Vec<f64>)| fits(pattern, self.sources[*of as usize].short());
+        let Some((of, times)) = self.rows.iter().find(fits) else {
+            let problem = format!("its session has no table `{pattern}`");
+            return refused(problem, "the table to whose rows it refers");
+        };
+        let row = (t >= 0.0 && t.fract() == 0.0).then(|| times.get(t as usize)).flatten();
+        let Some(time) = row else {
+            let file = self.sources[*of as usize].short();
+            let problem = format!("a row is labelled {t}, and {file} has {} rows", times.len());
+            return refused(problem, "the number of a row, from 0");
+        };
+        Ok(time * unit(*of))
+    }
+}
+
 impl Streams {
-    /// Applies units, axes and frames, guessing what the mapping does not say, and sorts the samples by time.
+    /// Applies units, axes and frames, guessing what the mapping does not say, and sorts the samples by time. Costs
+    /// about n log n for the n samples of each object.
     ///
     /// # Errors
     /// [`InputFault`] if a unit cannot be told, if files disagree about it, if a row refers to no row, or if there are no
     /// poses.
     pub fn finish(mut self) -> Result<Log, InputFault> {
+        if let (Some(name), None) = (&self.mapping.session, &self.session) {
+            let file = self.sources.first().map_or("", |source| &source.file);
+            let problem = "no table has such a column of the session".to_owned();
+            return Err(fault(file, name, problem, "a column of one of the tables"));
+        }
+        self.mapping.session = self.session.take();
         let lengths = self.lengths()?;
         let times: Vec<TimeUnit> =
             (0..self.sources.len()).map(|index| self.time_unit(index)).collect();
+        // The mapping says what is true of all tables; of the others it is guessed again.
+        let clocks = self.sources.iter().zip(&times).filter(|(source, _)| source.row_of.is_none());
+        if clocks.clone().any(|(source, _)| source.time.is_none()) {
+            set_if_one(&mut self.mapping.time_unit, clocks.map(|(_, unit)| *unit));
+        }
+        set_if_one(&mut self.mapping.rotation, self.rotations.iter().copied());
         let up = self.mapping.up.unwrap_or(Up::Z);
         let handed = self.mapping.handed.unwrap_or(Handed::Right);
         let axes = Axes::of(up, handed);
         self.mapping.up.get_or_insert(up);
         self.mapping.handed.get_or_insert(handed);
         let rows = self.sources.iter().map(|source| source.rows).sum();
-        let mut parts = std::mem::take(&mut self.parts);
+        let mut parts = joined(std::mem::take(&mut self.parts), |id| self.mapping.is_hand(id));
         for part in &mut parts {
-            self.rows_to_times(part, &times)?;
+            let row_times = std::mem::take(&mut part.row_times);
+            let clock = Clock { sources: &self.sources, units: &times, rows: &row_times };
             for track in &mut part.tracks {
                 for sample in &mut track.samples {
                     let source = &self.sources[sample.source as usize];
                     let unit = lengths[sample.source as usize].metres();
                     place(sample, unit, axes, source.frame.as_ref());
-                    if let Some(far) = sample.position.iter().find(|v| v.abs() > FARTHEST) {
+                    let beyond = |v: &&f64| v.is_nan() || v.abs() > FARTHEST;
+                    if let Some(far) = sample.position.iter().find(beyond) {
                         let problem = format!("{} is at {far:e} m", track.id);
                         let expected = "coordinates of at most 1e6 m";
                         return Err(fault(&source.file, "", problem, expected));
                     }
-                    if source.row_of.is_none() {
-                        sample.t *= times[sample.source as usize].seconds();
-                    }
+                    sample.t = clock.seconds(sample.t, sample.source)?;
                 }
             }
-            let unit = part.signal_source.map_or(1.0, |source| times[source as usize].seconds());
-            part.width.iter_mut().for_each(|(t, _)| *t *= unit);
-            part.grasp.iter_mut().for_each(|(t, _)| *t *= unit);
-            part.contacts.values_mut().flatten().for_each(|(t, _)| *t *= unit);
-            self.sort(part);
-            self.name(part);
+            for (signal, readings) in std::mem::take(&mut part.signals) {
+                let placed: Vec<(f64, f64)> = (readings.iter())
+                    .map(|r| Ok((clock.seconds(r.t, r.source)?, r.value)))
+                    .collect::<Result<_, InputFault>>()?;
+                let flags = || placed.iter().map(|(t, value)| (*t, *value > 0.5)).collect();
+                match signal {
+                    Signal::Width => part.width = placed,
+                    Signal::Grasp => part.grasp = flags(),
+                    Signal::Contact(object) => drop(part.contacts.insert(object, flags())),
+                }
+            }
         }
+        let (mut parts, lost) = scattered(parts, |id| self.mapping.is_hand(id));
+        if lost > 0 {
+            let what = "value of a table without the session's column, at a time of no session or of several";
+            self.dropped.push(Dropped { what: what.into(), count: lost });
+        }
+        let mut kinds = BTreeMap::new();
+        for part in &mut parts {
+            self.sort(part);
+            self.name(part, &mut kinds);
+        }
+        let mut told = HashSet::new();
+        for (id, kind) in kinds.iter().filter(|(id, kind)| id != kind) {
+            if told.insert(kind) {
+                self.guess("kinds", kind, format!("`{id}` without its number"));
+            }
+        }
+        // A pattern could fit other ids.
+        self.mapping.kinds.extend(kinds);
         if let Some(gap_s) = self.mapping.gap_s {
             parts = parts.into_iter().flat_map(|part| split(part, gap_s)).collect();
         }
-        parts.retain(|part| part.tracks.iter().any(|track| !track.samples.is_empty()));
+        let seen = |part: &Part| part.tracks.iter().any(|track| !track.samples.is_empty());
+        let mut empty = parts.iter().filter(|part| !seen(part));
+        if let Some(first) = empty.next() {
+            let what = format!("session in which no object has a pose, first `{}`", first.session);
+            let count = 1 + empty.count() as u64;
+            self.dropped.push(Dropped { what, count });
+        }
+        parts.retain(seen);
         if parts.is_empty() {
             let file = self.sources.first().map_or("", |source| &source.file);
             return Err(fault(file, "", "no object has a pose".into(), "poses of objects"));
         }
         let mut sessions: Vec<Session> = Vec::new();
+        let mut index: HashMap<String, usize> = HashMap::new();
         for part in parts {
-            match sessions.iter_mut().find(|session| session.name == part.session) {
-                Some(session) => session.parts.push(part),
-                None => sessions.push(Session { name: part.session.clone(), parts: vec![part] }),
+            let at = *index.entry(part.session.clone()).or_insert(sessions.len());
+            if at == sessions.len() {
+                sessions.push(Session { name: part.session.clone(), parts: Vec::new() });
             }
+            sessions[at].parts.push(part);
         }
         for session in &mut sessions {
             session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
@@ -151,10 +227,13 @@ impl Streams {
         let Self { guesses, dropped, unused, mut mapping, tables, found, .. } = self;
         found.write(&mut mapping);
         let alone = tables.len() == 1;
+        let read = mapping.tables.len();
         mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
             files: if alone { String::new() } else { common(&files) },
             ..table
         }));
+        // The first that fits is used, so names go before patterns.
+        mapping.tables[read..].sort_by_key(|table| table.files.contains('*'));
         Ok(Log { sessions, guesses, dropped, unused, mapping, rows })
     }
 
@@ -232,45 +311,8 @@ impl Streams {
             if !self.guesses.iter().any(|g| g.what == "time_unit" && g.value == unit.name()) {
                 self.guess("time_unit", unit.name(), reason);
             }
-            self.mapping.time_unit.get_or_insert(unit);
         }
         unit
-    }
-
-    /// Replaces numbers of rows by the times of these rows.
-    fn rows_to_times(&self, part: &mut Part, units: &[TimeUnit]) -> Result<(), InputFault> {
-        for track in &mut part.tracks {
-            for sample in &mut track.samples {
-                let source = &self.sources[sample.source as usize];
-                let Some(pattern) = &source.row_of else { continue };
-                let times = part.row_times.iter().find(|(file, _)| Pattern::fits(pattern, file));
-                let Some((file, times)) = times else {
-                    let problem = format!("its session has no table `{pattern}`");
-                    return Err(fault(
-                        &source.file,
-                        "row_of",
-                        problem,
-                        "the table to whose rows it refers",
-                    ));
-                };
-                let row = sample.t;
-                let time = (row >= 0.0 && row.fract() == 0.0).then(|| times.get(row as usize));
-                let Some(time) = time.flatten() else {
-                    let problem =
-                        format!("a row is labelled {row}, and {file} has {} rows", times.len());
-                    return Err(fault(
-                        &source.file,
-                        "row_of",
-                        problem,
-                        "the number of a row, from 0",
-                    ));
-                };
-                let of = |s: &Source| s.file.rsplit('/').next() == Some(file.as_str());
-                let unit = self.sources.iter().position(of).map_or(1.0, |at| units[at].seconds());
-                sample.t = time * unit;
-            }
-        }
-        Ok(())
     }
 
     /// Sorts the samples of a part by time and leaves out those that repeat a time.
@@ -299,29 +341,21 @@ impl Streams {
         }
     }
 
-    /// Gives the objects of a part their kinds, and finds the hand.
-    fn name(&mut self, part: &mut Part) {
+    /// Gives the objects of a part their kinds, and finds the hand. `guessed` are the kinds so far, by id.
+    fn name(&mut self, part: &mut Part, guessed: &mut BTreeMap<String, String>) {
         for track in &mut part.tracks {
-            let given = self.mapping.kind(&track.id).map(str::to_owned);
-            let logged = part.kinds.get(&*track.id).cloned();
-            let kind = given.or(logged).unwrap_or_else(|| {
-                let kind = kind_of(&track.id).to_owned();
-                if !self.guesses.iter().any(|g| g.what == "kinds" && g.value == kind)
-                    && kind != *track.id
-                {
-                    self.guess("kinds", &kind, format!("`{}` without its number", track.id));
-                }
-                // A pattern could fit other ids.
-                self.mapping.kinds.insert(track.id.to_string(), kind.clone());
-                kind
-            });
-            track.kind = kind.into();
+            let known = guessed.get(&*track.id).map(String::as_str);
+            let given = known.or_else(|| self.mapping.kind(&track.id));
+            let logged = part.kinds.get(&*track.id).map(String::as_str);
+            if let Some(kind) = given.or(logged) {
+                track.kind = kind.into();
+                continue;
+            }
+            let kind = kind_of(&track.id).to_owned();
+            track.kind = kind.as_str().into();
+            guessed.insert(track.id.to_string(), kind);
         }
-        let hand = match &self.mapping.hand {
-            Some(pattern) => part.tracks.iter().position(|t| Pattern::fits(pattern, &t.id)),
-            None => part.tracks.iter().position(|t| names_a_hand(&t.id)),
-        };
-        if let Some(hand) = hand {
+        if let Some(hand) = part.tracks.iter().position(|track| self.mapping.is_hand(&track.id)) {
             let hand = part.tracks.remove(hand);
             if self.mapping.hand.is_none() {
                 self.guess("hand", &hand.id, "its name is that of a hand".into());
@@ -329,6 +363,16 @@ impl Streams {
             }
             part.hand = Some(hand);
         }
+    }
+}
+
+/// Sets what is not set if all values are the same.
+fn set_if_one<T: PartialEq>(to: &mut Option<T>, mut values: impl Iterator<Item = T>) {
+    if to.is_none()
+        && let Some(first) = values.next()
+        && values.all(|value| value == first)
+    {
+        *to = Some(first);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::columns::{Field, Unit, names_a_hand, recognise};
+use super::columns::{Field, Unit, names_a_hand, recognise, without_unit};
 use super::mapping::{
     Angle, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap, TimeUnit,
 };
@@ -107,10 +107,14 @@ fn all<T: Copy, const N: usize>(found: [Option<T>; N]) -> Option<[T; N]> {
 pub(super) struct Finder<'a> {
     pub header: &'a [String],
     pub file: &'a str,
+    /// Whether each column counts the rows.
+    pub counts: &'a [bool],
     /// The line of the header.
     pub line: usize,
     pub mapping: &'a Mapping,
     pub table: &'a TableMap,
+    /// The session's column in the tables before.
+    pub session: Option<&'a str>,
     pub guesses: &'a mut Vec<Guess>,
 }
 
@@ -151,7 +155,9 @@ impl Finder<'_> {
         };
         layout.id = given(&table.id, &self)?;
         layout.kind = given(&table.kind, &self)?;
-        layout.session = given(&self.mapping.session, &self)?;
+        // A table without the session's column goes to sessions by its times.
+        let session = self.mapping.session.as_deref().or(self.session);
+        layout.session = session.and_then(|name| self.header.iter().position(|own| own == name));
         layout.width = given(&table.width, &self)?;
         layout.grasp = given(&table.grasp, &self)?;
         let time = given(&table.time, &self)?;
@@ -159,16 +165,32 @@ impl Finder<'_> {
             let object = if object == "*" { String::new() } else { object.clone() };
             layout.contacts.push((object, self.column(name)?));
         }
+        // What the mapping or an option names is nothing else.
+        let named = [layout.id, layout.kind, layout.session, layout.width, layout.grasp];
+        let contacts = layout.contacts.iter().map(|(_, index)| *index);
+        let named: Vec<usize> = named.into_iter().flatten().chain(contacts).collect();
         for (index, name) in self.header.iter().enumerate() {
-            if self.mapping.ignores(name) {
+            if named.contains(&index) || self.mapping.ignores(name) {
                 used[index] = true;
                 continue;
             }
-            let Some(column) = recognise(name) else { continue };
+            let column = recognise(name);
+            if time == Some(index) {
+                let unit = column.and_then(|column| match column.unit {
+                    Some(Unit::Time(unit)) => Some(unit),
+                    _ => None,
+                });
+                layout.time.push((index, unit));
+                used[index] = true;
+                continue;
+            }
+            let Some(column) = column else { continue };
             let slot = match column.field {
+                Field::Id if self.counts[index] => continue,
                 Field::Id if table.objects.is_empty() => &mut layout.id,
                 Field::Kind => &mut layout.kind,
-                Field::Session => &mut layout.session,
+                Field::Session if self.mapping.session.is_none() => &mut layout.session,
+                Field::Session => continue,
                 Field::Width => &mut layout.width,
                 Field::Grasp => &mut layout.grasp,
                 Field::Time => {
@@ -176,11 +198,18 @@ impl Finder<'_> {
                         Some(Unit::Time(unit)) => Some(unit),
                         _ => None,
                     };
-                    let more = layout
-                        .time
-                        .iter()
-                        .all(|(_, before)| unit == Some(TimeUnit::Nanosecond) && *before != unit);
-                    if time.is_none_or(|time| time == index) && (more || time.is_some()) {
+                    // Seconds and nanoseconds of one time are added.
+                    let more = match layout.time[..] {
+                        [] => true,
+                        [(before, of)] => {
+                            let nano = |unit| unit == Some(TimeUnit::Nanosecond);
+                            let whole = |unit| matches!(unit, None | Some(TimeUnit::Second));
+                            (nano(unit) && whole(of) || whole(unit) && nano(of))
+                                && without_unit(name) == without_unit(&self.header[before])
+                        }
+                        _ => false,
+                    };
+                    if time.is_none() && more {
                         layout.time.push((index, unit));
                         used[index] = true;
                     }
@@ -206,15 +235,10 @@ impl Finder<'_> {
                     continue;
                 }
             };
-            if slot.is_none() || *slot == Some(index) {
+            if slot.is_none() {
                 *slot = Some(index);
                 used[index] = true;
             }
-        }
-        if let Some(time) = time
-            && layout.time.is_empty()
-        {
-            layout.time.push((time, None));
         }
         if layout.time.is_empty() && table.row_of.is_none() {
             let expected = "a column named time, t, stamp or timestamp, or `time` in the mapping";
@@ -246,7 +270,7 @@ impl Finder<'_> {
             return Err(self.fault("", problem, format!("at most {MAX_NAME}")));
         }
         // A column of ids applies to bodies without a name of their own.
-        if layout.bodies.iter().all(|body| body.id != "*") {
+        if !layout.bodies.is_empty() && layout.bodies.iter().all(|body| body.id != "*") {
             layout.id = table.id.as_ref().and(layout.id);
         }
         for body in &layout.bodies {

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::names_a_hand;
 use crate::files::{Limit, read_file};
-use crate::logs::Pattern;
-use crate::logs::{DatasetMap, TopicMap};
+use crate::logs::{DatasetMap, TopicMap, fits};
 use crate::robot::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
 
@@ -15,6 +15,11 @@ use crate::task::error::{InputFault, TaskError, json_problem};
 pub const FORMAT: &str = "symbolt-import";
 /// Version of mapping files.
 pub const VERSION: u32 = 1;
+
+/// A name that no value has. It lists those that there are.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected one of {0}")]
+pub struct UnknownName(String);
 
 /// Makes an enum whose values have a name in files and on the command line.
 macro_rules! named {
@@ -32,9 +37,16 @@ macro_rules! named {
                 match self { $(Self::$value => $text,)* }
             }
 
-            /// Returns the value with this name.
-            pub fn named(name: &str) -> Option<Self> {
-                Self::ALL.iter().copied().find(|value| value.name() == name)
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = UnknownName;
+
+            fn from_str(name: &str) -> Result<Self, UnknownName> {
+                Self::ALL.iter().copied().find(|value| value.name() == name).ok_or_else(|| {
+                    let names: Vec<&str> = Self::ALL.iter().map(|value| value.name()).collect();
+                    UnknownName(names.join(", "))
+                })
             }
         }
     };
@@ -171,7 +183,7 @@ pub struct TableMap {
     /// Number of rows of the header; names of several rows are joined by a dot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub header_rows: Option<usize>,
-    /// Character between fields: `,`, `;`, a tab or `|`.
+    /// Character between fields: `,`, `;`, a tab, `|` or a space, which stands for several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<char>,
     /// Column of time.
@@ -259,7 +271,7 @@ pub struct Mapping {
     /// Pattern of the id of the hand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<String>,
-    /// Kind of the objects whose id matches a pattern.
+    /// Kind of the objects whose id matches a pattern. Of several that match, an id counts first, then the longest.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub kinds: BTreeMap<String, String>,
     /// Patterns of columns and ids to leave out.
@@ -368,18 +380,24 @@ impl Mapping {
 
     /// Returns how to read the file with this name.
     pub(super) fn table(&self, name: &str) -> Option<&TableMap> {
-        let fits = |table: &&TableMap| table.files.is_empty() || Pattern::fits(&table.files, name);
+        let fits = |table: &&TableMap| table.files.is_empty() || fits(&table.files, name);
         self.tables.iter().find(fits)
     }
 
     /// Returns whether a column or an id is left out.
     pub(super) fn ignores(&self, name: &str) -> bool {
-        self.ignore.iter().any(|pattern| Pattern::fits(pattern, name))
+        self.ignore.iter().any(|pattern| fits(pattern, name))
+    }
+
+    /// Returns whether an id is that of the hand.
+    pub(super) fn is_hand(&self, id: &str) -> bool {
+        self.hand.as_ref().map_or_else(|| names_a_hand(id), |pattern| fits(pattern, id))
     }
 
     /// Returns the kind that the mapping gives to an id.
     pub(super) fn kind(&self, id: &str) -> Option<&str> {
-        let fitting = self.kinds.iter().find(|(pattern, _)| Pattern::fits(pattern, id));
-        fitting.map(|(_, kind)| kind.as_str())
+        let fitting = self.kinds.iter().filter(|(pattern, _)| fits(pattern, id));
+        let best = fitting.max_by_key(|(pattern, _)| (*pattern == id, pattern.len()));
+        best.map(|(_, kind)| kind.as_str())
     }
 }

@@ -33,6 +33,7 @@ mod mapping;
 mod moments;
 mod motion;
 mod rows;
+mod sessions;
 mod signals;
 mod streams;
 
@@ -40,7 +41,7 @@ pub use crate::logs::{DatasetMap, PoseDatasets, Take, TopicMap, fits};
 pub use finish::{Log, Session};
 pub use mapping::{
     Angle, FORMAT, Handed, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap,
-    TimeUnit, Up, VERSION,
+    TimeUnit, UnknownName, Up, VERSION,
 };
 pub use moments::{Imported, Moment, Seen};
 pub use streams::{Dropped, Guess, Part, Sample, Streams, Track};

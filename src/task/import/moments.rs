@@ -1,5 +1,6 @@
 //! The moments of a recording: poses at the start, at each contact and release, and at the end.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::carry::{Carries, Carry, carries, ridden};
@@ -30,7 +31,7 @@ pub struct Moment {
     pub with: Vec<Arc<str>>,
     /// Where the event is seen, in words.
     pub evidence: String,
-    /// Number of samples behind the object's pose; 0 if it follows from the hand's motion.
+    /// Number of samples behind the object's pose; 0 if it follows from the hand's motion or from another time.
     pub samples: usize,
 }
 
@@ -91,6 +92,9 @@ impl Log {
     /// An object that rests has one pose from the moment it came to rest until it moves again: a robust mean of its
     /// samples there. An object that is not seen after its release has moved with the hand since it was last seen. What
     /// is not seen otherwise keeps its last pose.
+    ///
+    /// Costs a window of 0.2 s, of which at most 200 samples count, for each sample; about 0.1 ms for each motion; and,
+    /// for each contact and release, up to 1,000 samples of each object.
     pub fn import(self) -> Imported {
         let Self { sessions, guesses, mut dropped, unused, mapping, rows } = self;
         let (mut moments, mut seen, mut demos) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,6 +107,7 @@ impl Log {
                 number,
                 found: &found,
                 known: Vec::new(),
+                index: HashMap::new(),
                 moments: &mut moments,
                 offset: 0.0,
             };
@@ -127,6 +132,8 @@ struct Taker<'a> {
     number: usize,
     found: &'a [Carries],
     known: Vec<Known>,
+    /// Indices of the known objects, by id.
+    index: HashMap<Arc<str>, usize>,
     moments: &'a mut Vec<Moment>,
     /// What is added to times so that parts follow each other.
     offset: f64,
@@ -135,12 +142,10 @@ struct Taker<'a> {
 impl Taker<'_> {
     fn take(&mut self) -> Vec<Snapshot> {
         for track in self.session.parts.iter().flat_map(|part| &part.tracks) {
-            if self.known.iter().all(|known| known.id != track.id) && !track.samples.is_empty() {
-                self.known.push(Known {
-                    id: track.id.clone(),
-                    kind: track.kind.clone(),
-                    pose: None,
-                });
+            if !track.samples.is_empty() && !self.index.contains_key(&track.id) {
+                self.index.insert(track.id.clone(), self.known.len());
+                let (id, kind) = (track.id.clone(), track.kind.clone());
+                self.known.push(Known { id, kind, pose: None });
             }
         }
         // What is first seen later was there before.
@@ -160,7 +165,6 @@ impl Taker<'_> {
         for (index, (part, found)) in self.session.parts.iter().zip(self.found).enumerate() {
             let Some((first, last)) = part.span() else { continue };
             self.offset = if first + self.offset < end { end - first } else { self.offset };
-            self.offset = if index == 0 { 0.0 } else { self.offset };
             if index == 0 {
                 snapshots.push(self.snapshot(
                     index,
@@ -185,6 +189,8 @@ impl Taker<'_> {
                     SnapshotEvent::Release => self.settled(index, carry.object, carry),
                     _ => own_pose(part, found, carry),
                 };
+                // An object that is first seen later was there before.
+                let known = self.index.get(&id).and_then(|known| self.known[*known].pose);
                 self.moments.push(Moment {
                     session: self.number,
                     part: index,
@@ -192,7 +198,10 @@ impl Taker<'_> {
                     t,
                     object: id,
                     with,
-                    position: own.map_or([0.0; 3], |(pose, _)| pose.position),
+                    position: own
+                        .map(|(pose, _)| pose)
+                        .or(known)
+                        .map_or([0.0; 3], |pose| pose.position),
                     evidence: carry.evidence.clone(),
                     samples: own.map_or(0, |(_, count)| count),
                 });
@@ -230,9 +239,8 @@ impl Taker<'_> {
                 Some(carry) if carry.object == index => own_pose(part, found, carry),
                 _ => resting(part, found, index, t),
             };
-            let known = self.known.iter_mut().find(|known| known.id == track.id);
-            if let (Some(known), Some((pose, _))) = (known, pose) {
-                known.pose = Some(pose);
+            if let (Some(known), Some((pose, _))) = (self.index.get(&track.id), pose) {
+                self.known[*known].pose = Some(pose);
             }
         }
         let pose = |known: &Known| {

@@ -79,7 +79,8 @@ fn white(samples: &[Sample], step: f64) -> f64 {
 /// Distance from an object's origin at which its turns are seen, in metres.
 const LEVER: f64 = 0.05;
 
-/// Finds when an object moved or turned. Costs the number of samples times that in a window.
+/// Finds when an object moved or turned. Costs the number of samples times that in a window,
+/// of which it takes at most 200.
 pub(super) fn motion(track: &Track) -> Motion {
     let mut found = shifts(&track.samples);
     if found.sparse || !track.samples.iter().any(Sample::oriented) {
@@ -125,10 +126,12 @@ fn shifts(samples: &[Sample]) -> Motion {
     }
     let white = white(samples, step);
     let window = WINDOW.max(4.0 * step);
-    let (mut middles, mut differences) = (Vec::new(), Vec::new());
+    let (mut middles, mut differences, mut fewer) = (Vec::new(), Vec::new(), Vec::new());
     for sample in samples {
         let inside = between(samples, sample.t, sample.t + window - step / 2.0);
-        middles.push(middle(inside).unwrap_or(sample.position));
+        fewer.clear();
+        fewer.extend(inside.iter().step_by(inside.len() / (MOST + 1) + 1));
+        middles.push(middle(&fewer).unwrap_or(sample.position));
     }
     for (index, sample) in samples.iter().enumerate() {
         let before = samples.partition_point(|s| s.t < sample.t - window + step / 4.0);
@@ -138,7 +141,7 @@ fn shifts(samples: &[Sample]) -> Motion {
     let mut sorted = differences.clone();
     let quarter = sorted.len() / 4;
     let (_, quarter, _) = sorted.select_nth_unstable_by(quarter, f64::total_cmp);
-    let count = (window / step).max(1.0);
+    let count = (window / step).clamp(1.0, MOST as f64);
     // The median of n normal numbers has 1.25 times the deviation of their mean; of two windows, the square root of 2.
     let expected = white * 1.25 * (2.0 / count).sqrt();
     let spread = (*quarter / QUARTILE).clamp(expected, 4.0 * expected.max(LEAST / DIFFER / 4.0));
@@ -158,18 +161,13 @@ fn shifts(samples: &[Sample]) -> Motion {
         let earliest = run.checked_sub(1).map_or(f64::NEG_INFINITY, |before| ends(before).1);
         let latest = if run + 1 < runs.len() { ends(run + 1).0 } else { f64::INFINITY };
         // The places before and after, from samples a window away from the motion.
-        let before =
-            rest(between(samples, (from - 2.0).max(earliest + window), from - window), true);
-        let after = rest(
-            between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)),
-            false,
-        );
-        // The places are medians; they may be noise apart.
-        let counts = [
+        let sides = [
             between(samples, (from - 2.0).max(earliest + window), from - window),
             between(samples, (to + window).min(latest), (to + 2.0).min(latest - window)),
         ];
-        let [few, many] = counts.map(|samples| samples.len().clamp(1, MOST) as f64);
+        let (before, after) = (rest(sides[0], true), rest(sides[1], false));
+        // The places are medians; they may be noise apart.
+        let [few, many] = sides.map(|samples| samples.len().clamp(1, MOST) as f64);
         let sure = 6.0 * 1.25 * found.noise * (1.0 / few + 1.0 / many).sqrt();
         let apart = before.zip(after).map(|(a, b)| distance(a, b) > sure.max(LEAST));
         let shifted = apart.unwrap_or(to - from > 2.0 * window);

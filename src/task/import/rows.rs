@@ -1,15 +1,21 @@
 //! The rows of a table: times, signals of the gripper and poses.
 
+use std::collections::HashMap;
+
 use csv::ByteRecord;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::csv::{LOOK, MOST_ROWS, Text, reader, syntax};
 use super::layout::{Body, Layout, Turn};
 use super::mapping::{Angle, Rotation, TimeUnit};
-use super::streams::{Part, Sample, Streams};
+use super::sessions::Home;
+use super::streams::{Part, Reading, Sample, Signal, Streams};
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 use crate::task::recording::MAX_NAME;
+
+/// Greatest number of objects of a session.
+const MOST_OBJECTS: usize = 2_000;
 
 /// A place in a table.
 pub(super) struct Row<'a> {
@@ -81,25 +87,63 @@ fn flag(
     Ok(number(record, column, comma, row)?.map(|value| value > 0.5))
 }
 
-/// The times of a file so far.
-#[derive(Default)]
+/// The times of a file, or of one object of it, since its clock last started.
+#[derive(Clone, Copy, Default)]
 struct Clock {
     first: f64,
     last: f64,
     count: u64,
+    /// Number of the session of its last row, from 0.
+    session: u64,
 }
 
 impl Clock {
-    /// Returns whether a time goes back by more than half of the time that has passed, after at least 20 rows.
-    fn again(&self, t: f64) -> bool {
-        self.count >= 20 && self.last - t > 0.5 * (self.last - self.first)
+    /// Returns whether a time goes back by more than half of the time that has passed.
+    fn back(&self, t: f64) -> bool {
+        self.count > 0 && self.last - t > 0.5 * (self.last - self.first)
     }
 
-    fn tick(&mut self, t: f64) {
-        if self.count == 0 || self.again(t) {
-            *self = Self { first: t, last: t, count: 0 };
+    /// Notes a row. `again`: the clock starts again with it.
+    fn tick(&mut self, t: f64, again: bool, session: u64) {
+        if self.count == 0 || again {
+            *self = Self { first: t, last: t, count: 0, session };
         }
-        (self.last, self.count) = (self.last.max(t), self.count + 1);
+        (self.last, self.count, self.session) = (self.last.max(t), self.count + 1, session);
+    }
+}
+
+/// The clocks of a file: one of its rows, and one of each object.
+#[derive(Default)]
+struct Clocks {
+    rows: Clock,
+    objects: HashMap<Vec<u8>, Clock>,
+}
+
+impl Clocks {
+    /// Returns the number of the session of the next row, from 0. A session begins where the clock of the rows, after at
+    /// least 20 of them, and that of the row's object go back. In a table that is sorted by object, only the first does.
+    fn session(&mut self, object: &[u8], t: f64) -> u64 {
+        let before = self.rows.session;
+        let again = self.rows.count >= 20 && self.rows.back(t);
+        let own = self.objects.get(object);
+        let restart = again && own.is_some_and(|own| own.back(t));
+        let session = match own {
+            Some(own) if restart => own.session + 1,
+            Some(own) if again => own.session,
+            Some(own) => own.session.max(before),
+            None if again => 0,
+            None => before,
+        };
+        let changed = own.is_some_and(|own| own.session != session);
+        self.rows.tick(t, restart, session);
+        match self.objects.get_mut(object) {
+            Some(own) => own.tick(t, changed, session),
+            None => drop(
+                self.objects
+                    .insert(object.to_vec(), Clock { first: t, last: t, count: 1, session }),
+            ),
+        }
+        session
     }
 }
 
@@ -111,8 +155,7 @@ pub(super) struct Rows<'a> {
     pub angle: Angle,
     pub source: u32,
     pub referred: bool,
-    pub session: String,
-    pub part: String,
+    pub home: Home,
 }
 
 impl Rows<'_> {
@@ -126,7 +169,7 @@ impl Rows<'_> {
         let mut table = reader(bytes, self.text.delimiter);
         let mut record = ByteRecord::new();
         let mut count = 0u64;
-        let (mut clock, mut resets) = (Clock::default(), 0);
+        let (mut clocks, mut sessions, mut current) = (Clocks::default(), 0, 0);
         let mut at = None;
         let mut bodies: Vec<Option<usize>> = vec![None; self.layout.bodies.len()];
         let mut last_session: Vec<u8> = Vec::new();
@@ -158,11 +201,10 @@ impl Rows<'_> {
             let own = self.layout.session.map(|column| record.get(column).unwrap_or_default());
             if at.is_none() || own.is_some_and(|own| own != last_session) {
                 last_session = own.unwrap_or_default().to_vec();
-                let name = match own {
-                    Some(own) => name(own, self.layout.session, &row)?,
-                    None => self.session.clone(),
-                };
-                at = Some(into.part(&name, &self.part));
+                let name = own.map(|own| name(own, self.layout.session, &row)).transpose()?;
+                let part = into.part_of(&self.home, name.as_deref());
+                into.parts[part].told |= own.is_some();
+                at = Some(part);
                 bodies.iter_mut().for_each(|body| *body = None);
             }
             let Some(t) = self.time(&record, &row)? else {
@@ -171,13 +213,18 @@ impl Rows<'_> {
             };
             // A clock that starts again begins another session.
             if self.layout.session.is_none() && self.text_clock() {
-                if clock.again(t) {
+                let object = self.layout.id.and_then(|column| record.get(column));
+                let session = clocks.session(object.unwrap_or_default(), t);
+                if session > sessions {
                     into.note_reset(self.file, line);
-                    resets += 1;
-                    at = Some(into.part(&format!("{}-{}", self.session, resets + 1), &self.part));
+                    sessions = session;
+                }
+                if session != current {
+                    current = session;
+                    let name = format!("{}-{}", self.home.session, session + 1);
+                    at = Some(into.part_of(&self.home, (session > 0).then_some(&name)));
                     bodies.iter_mut().for_each(|body| *body = None);
                 }
-                clock.tick(t);
             }
             let Some(part) = at else { continue };
             let source = &mut into.sources[self.source as usize];
@@ -204,6 +251,12 @@ impl Rows<'_> {
                     (id, _) => id,
                 };
                 let track = *bodies[index].get_or_insert_with(|| into.track(part, id));
+                if track >= MOST_OBJECTS {
+                    let problem =
+                        format!("there are more than {MOST_OBJECTS} objects in one session");
+                    let expected = "ids of objects, which are the same in many rows";
+                    return Err(row.fault(self.layout.id.unwrap_or(usize::MAX), problem, expected));
+                }
                 let Some(sample) = self.sample(&record, &row, t, body, into)? else { continue };
                 if let Some(last) = into.parts[part].tracks[track].samples.last()
                     && last.source == self.source
@@ -222,11 +275,10 @@ impl Rows<'_> {
                 into.parts[part].kinds.insert(id.clone(), kind);
             }
             if self.referred {
-                let short = self.file.rsplit('/').next().unwrap_or(self.file);
                 let rows = &mut into.parts[part].row_times;
-                match rows.iter_mut().find(|(file, _)| file == short) {
-                    Some((_, times)) => times.push(t),
-                    None => rows.push((short.to_owned(), vec![t])),
+                match rows.last_mut() {
+                    Some((source, times)) if *source == self.source => times.push(t),
+                    _ => rows.push((self.source, vec![t])),
                 }
             }
         }
@@ -234,14 +286,30 @@ impl Rows<'_> {
     }
 
     fn time(&self, record: &ByteRecord, row: &Row<'_>) -> Result<Option<f64>, InputFault> {
+        // A date is no number.
+        let number = |column| {
+            number(record, column, self.text.comma, row).map_err(|fault| {
+                let expected = "a number; a date has to be converted first, such as with \
+                                `pandas.to_datetime(t).astype('int64')`";
+                match fault.problem.contains(':') {
+                    true => InputFault { expected: expected.into(), ..fault },
+                    false => fault,
+                }
+            })
+        };
         match &*self.layout.time {
-            [] => number(record, 0, self.text.comma, row),
-            [(column, _)] => number(record, *column, self.text.comma, row),
+            [] => number(0),
+            [(column, _)] => number(*column),
             several => {
                 let mut sum = 0.0;
                 for (column, unit) in several {
                     let scale = unit.map_or(1.0, TimeUnit::seconds);
-                    match number(record, *column, self.text.comma, row)? {
+                    match number(*column)? {
+                        Some(value) if *unit == Some(TimeUnit::Nanosecond) && value >= 1e9 => {
+                            let problem = format!("it is {value}, beside another column of time");
+                            let expected = "nanoseconds of less than a second, or --time COLUMN";
+                            return Err(row.fault(*column, problem, expected));
+                        }
                         Some(value) => sum += value * scale,
                         None => return Ok(None),
                     }
@@ -259,17 +327,18 @@ impl Rows<'_> {
         part: &mut Part,
     ) -> Result<(), InputFault> {
         let comma = self.text.comma;
+        let mut add = |signal: Signal, value: f64| {
+            part.signals.entry(signal).or_default().push(Reading { t, value, source: self.source });
+        };
         if let Some(column) = self.layout.width
             && let Some(value) = number(record, column, comma, row)?
         {
-            part.width.push((t, value));
-            part.signal_source = Some(self.source);
+            add(Signal::Width, value);
         }
         if let Some(column) = self.layout.grasp
             && let Some(value) = flag(record, column, comma, row)?
         {
-            part.grasp.push((t, value));
-            part.signal_source = Some(self.source);
+            add(Signal::Grasp, value.into());
         }
         for (object, column) in &self.layout.contacts {
             let Some(value) = flag(record, *column, comma, row)? else { continue };
@@ -279,8 +348,7 @@ impl Rows<'_> {
                 }
                 _ => object.clone(),
             };
-            part.contacts.entry(object).or_default().push((t, value));
-            part.signal_source = Some(self.source);
+            add(Signal::Contact(object), value.into());
         }
         Ok(())
     }

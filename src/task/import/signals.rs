@@ -64,8 +64,13 @@ fn stretches(flags: &[(f64, bool)]) -> impl Iterator<Item = (f64, f64)> {
     if let (Some(from), Some((last, _))) = (open, flags.last()) {
         found.push((from, *last));
     }
-    let single = |from: f64| flags.iter().filter(|(t, set)| *set && *t >= from).take(2).count() < 2;
-    found.retain(|(from, to)| to - from >= FLICKER && !single(*from));
+    // A glitch is one sample of many; a log of changes alone has one for each stretch.
+    let changes = flags.windows(2).all(|two| two[0].1 != two[1].1);
+    let single = |from: f64, to: f64| {
+        let later = flags[flags.partition_point(|(t, _)| *t <= from)..].iter();
+        !later.take_while(|(t, _)| *t <= to).any(|(_, set)| *set)
+    };
+    found.retain(|(from, to)| to - from >= FLICKER && (changes || !single(*from, *to)));
     found.into_iter()
 }
 
@@ -111,6 +116,12 @@ mod tests {
             .map(|i| (f64::from(i) * 0.05, (20..60).contains(&i) && i != 40 || i == 80))
             .collect();
         assert_eq!(stretches(&flags).collect::<Vec<_>>(), [(1.0, 3.0)]);
+        // A glitch of one slow sample, before a stretch.
+        let slow: Vec<(f64, bool)> =
+            (0..50).map(|i| (f64::from(i) * 0.2, i == 3 || (10..20).contains(&i))).collect();
+        assert_eq!(stretches(&slow).collect::<Vec<_>>(), [(2.0, 4.0)]);
+        let changes = [(0.0, false), (1.0, true), (2.0, false), (5.0, true), (9.0, false)];
+        assert_eq!(stretches(&changes).collect::<Vec<_>>(), [(1.0, 2.0), (5.0, 9.0)]);
         let width: Vec<(f64, f64)> = (0..200)
             .map(|i| {
                 let t = f64::from(i) * 0.05;

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::logs::Found;
-use super::mapping::{Length, Mapping, TableMap, TimeUnit};
+use super::mapping::{Length, Mapping, Rotation, TableMap, TimeUnit};
+use super::sessions::Home;
 use crate::robot::Pose;
 
 /// A reading of the log that its names and numbers suggest.
@@ -54,6 +55,24 @@ pub struct Track {
     pub samples: Vec<Sample>,
 }
 
+/// A signal of the gripper.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Signal {
+    Width,
+    Grasp,
+    /// With the object that is touched; an empty id stands for any object.
+    Contact(String),
+}
+
+/// A value of a signal as it was read; a flag is 0 or 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    pub t: f64,
+    pub value: f64,
+    /// Index of the file.
+    pub source: u32,
+}
+
 /// One uninterrupted stretch of a session.
 #[derive(Debug, Clone, Default)]
 pub struct Part {
@@ -71,12 +90,18 @@ pub struct Part {
     pub grasp: Vec<(f64, bool)>,
     /// Whether the gripper touches an object, over time, by the object's id. An empty id stands for any object.
     pub contacts: BTreeMap<String, Vec<(f64, bool)>>,
-    /// Times of the rows of tables to which others refer, by file.
-    pub(super) row_times: Vec<(String, Vec<f64>)>,
+    /// Folder, or folder and session of the file in which the session begins.
+    pub(super) origin: String,
+    /// Folder and session of the file.
+    pub(super) home: String,
+    /// Whether a column, or a group of arrays, says that it is of this session.
+    pub(super) told: bool,
+    /// Times of the rows of tables to which others refer, by the index of the file.
+    pub(super) row_times: Vec<(u32, Vec<f64>)>,
     /// Kinds that the log gives.
     pub(super) kinds: HashMap<String, String>,
-    /// Sources of the signals of the gripper.
-    pub(super) signal_source: Option<u32>,
+    /// The signals of the gripper as they were read, until their times are known.
+    pub(super) signals: BTreeMap<Signal, Vec<Reading>>,
 }
 
 impl Part {
@@ -87,6 +112,9 @@ impl Part {
             tracks.filter_map(|track| Some((track.samples.first()?.t, track.samples.last()?.t)));
         let ends = ends.chain(self.width.first().zip(self.width.last()).map(|(a, b)| (a.0, b.0)));
         let ends = ends.chain(self.grasp.first().zip(self.grasp.last()).map(|(a, b)| (a.0, b.0)));
+        let flags = self.contacts.values();
+        let ends =
+            ends.chain(flags.filter_map(|f| f.first().zip(f.last()).map(|(a, b)| (a.0, b.0))));
         ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 }
@@ -106,6 +134,13 @@ pub(super) struct Source {
     pub rows: u64,
 }
 
+impl Source {
+    /// Returns the part of its name behind the last `/`, with which patterns are compared.
+    pub fn short(&self) -> &str {
+        self.file.rsplit('/').next().unwrap_or(&self.file)
+    }
+}
+
 /// What was left out, and how often.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dropped {
@@ -120,7 +155,8 @@ pub struct Dropped {
 pub struct Streams {
     pub(super) mapping: Mapping,
     pub(super) parts: Vec<Part>,
-    pub(super) index: HashMap<(String, String), usize>,
+    /// The parts by origin, session and part.
+    pub(super) index: HashMap<[String; 3], usize>,
     pub(super) tracks: HashMap<(usize, String), usize>,
     pub(super) sources: Vec<Source>,
     pub(super) guesses: Vec<Guess>,
@@ -131,6 +167,10 @@ pub struct Streams {
     pub(super) unused: Vec<(String, Vec<String>)>,
     /// What was found in logs that are no tables.
     pub(super) found: Found,
+    /// Column of the session, once a table has one.
+    pub(super) session: Option<String>,
+    /// What three columns of a rotation were taken for.
+    pub(super) rotations: Vec<Rotation>,
 }
 
 impl Streams {
@@ -147,19 +187,32 @@ impl Streams {
             tables: Vec::new(),
             unused: Vec::new(),
             found: Found::default(),
+            session: None,
+            rotations: Vec::new(),
         }
     }
 
-    /// Returns the index of a part.
-    pub(super) fn part(&mut self, session: &str, part: &str) -> usize {
-        let key = (session.to_owned(), part.to_owned());
+    /// Returns the index of a part. Sessions of the same name and of different origins are not the same.
+    pub(super) fn part(&mut self, origin: &str, session: &str, part: &str) -> usize {
+        let key = [origin, session, part].map(str::to_owned);
         if let Some(index) = self.index.get(&key) {
             return *index;
         }
         let index = self.parts.len();
-        self.parts.push(Part { session: session.into(), part: part.into(), ..Part::default() });
+        let [origin, session, part] = key.clone();
+        self.parts.push(Part { origin, session, part, ..Part::default() });
         self.index.insert(key, index);
         index
+    }
+
+    /// Returns the index of the part of a file, or of a session that begins inside it.
+    pub(super) fn part_of(&mut self, home: &Home, inner: Option<&str>) -> usize {
+        let at = match inner {
+            Some(session) => self.part(&home.inner(), session, &home.part),
+            None => self.part(&home.folder, &home.session, &home.part),
+        };
+        self.parts[at].home = home.inner();
+        at
     }
 
     /// Returns the index of an object's track in a part.

@@ -4,6 +4,7 @@
 //! decides if it predicts this without exception: each word has one outcome, or numbers below a threshold have another outcome than
 //! those above. That must be less likely by chance than one in twenty, whatever attribute and outcome are compared.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -11,6 +12,8 @@ use nalgebra::Vector3;
 
 use crate::task::domain::{SubKind, SubKinds};
 use crate::task::recording::{Attribute, Attributes, ObjectAttributes, Recording};
+
+use super::remark::Remark;
 
 /// Least probability at which a difference is taken for chance, as for places.
 const CHANCE: f64 = 0.05;
@@ -24,11 +27,15 @@ const MOST_OUTCOMES: usize = 6;
 /// An object in a demonstration.
 struct Case<'r> {
     demo: usize,
+    /// Number of the demonstration, as recorded.
+    number: u64,
     id: &'r str,
     kind: &'r Arc<str>,
     attributes: Option<&'r ObjectAttributes>,
     moved: bool,
     end: Vector3<f64>,
+    /// Index of the nearest object of a kind that never moves, where this one was put.
+    near: Option<usize>,
 }
 
 /// An attribute that predicts outcomes: the probability by chance, and the parts.
@@ -40,16 +47,32 @@ struct Division {
 
 /// Returns the kinds to divide, and how. Without attributes there are none.
 pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
+    divisions(recording, attributes).0
+}
+
+/// Returns the kinds to divide, and a remark on each kind that would be divided but for some of its objects.
+pub(super) fn divisions(
+    recording: &Recording,
+    attributes: &Attributes,
+) -> (Vec<SubKinds>, Vec<Remark>) {
+    let mut remarks = Vec::new();
     if attributes.is_empty() {
-        return Vec::new();
+        return (Vec::new(), remarks);
     }
-    let cases = cases(recording, attributes);
+    let mut cases = cases(recording, attributes);
     let moving: BTreeSet<&str> = cases.iter().filter(|c| c.moved).map(|c| &**c.kind).collect();
+    let near: Vec<Option<usize>> = cases.iter().map(|c| nearest(c, &cases, &moving)).collect();
+    cases.iter_mut().zip(near).for_each(|(case, near)| case.near = near);
+    let mut kinds: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (index, case) in cases.iter().enumerate() {
+        kinds.entry(&**case.kind).or_default().push(index);
+    }
     let mut names: BTreeSet<String> = cases.iter().map(|c| c.kind.to_string()).collect();
     let mut all: Vec<SubKinds> = Vec::new();
     for kind in &moving {
-        let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == *kind).collect();
-        all.extend(best(kind, &own, &outcomes(&own, &cases, &moving), &mut names));
+        let own: Vec<&Case<'_>> = kinds[kind].iter().map(|index| &cases[*index]).collect();
+        let outcomes = outcomes(&own, &cases);
+        all.extend(best(kind, &own, &outcomes, &mut names, &mut remarks));
     }
     // What is done to a fixed object is what is put beside it.
     let part = |case: &Case<'_>| {
@@ -57,25 +80,24 @@ pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
         let value = case.attributes?.get(&divided.attribute)?;
         divided.of.iter().find(|part| part.has(value)).map(|part| part.name.clone())
     };
-    let fixed: BTreeSet<&str> =
-        cases.iter().map(|c| &**c.kind).filter(|kind| !moving.contains(kind)).collect();
+    let mut put: BTreeMap<usize, BTreeSet<Option<String>>> = BTreeMap::new();
+    for case in &cases {
+        if let Some(near) = case.near {
+            put.entry(near).or_default().insert(part(case));
+        }
+    }
     let mut more = Vec::new();
-    for kind in fixed {
-        let own: Vec<&Case<'_>> = cases.iter().filter(|c| &**c.kind == kind).collect();
-        let received: Vec<Option<String>> = own
-            .iter()
-            .map(|to| {
-                let put = cases.iter().filter(|c| c.moved && c.demo == to.demo);
-                let put =
-                    put.filter(|c| nearest(c, &cases, &moving).is_some_and(|n| n.id == to.id));
-                let parts: BTreeSet<Option<String>> = put.map(part).collect();
-                parts.into_iter().reduce(|_, _| None).flatten()
-            })
-            .collect();
-        more.extend(best(kind, &own, &[received], &mut names));
+    for (kind, own) in kinds.iter().filter(|(kind, _)| !moving.contains(*kind)) {
+        let received = own.iter().map(|to| match put.get(to)?.iter().collect::<Vec<_>>()[..] {
+            [part] => part.clone(),
+            _ => None,
+        });
+        let received: Vec<Option<String>> = received.collect();
+        let own: Vec<&Case<'_>> = own.iter().map(|index| &cases[*index]).collect();
+        more.extend(best(kind, &own, &[received], &mut names, &mut remarks));
     }
     all.extend(more);
-    all
+    (all, remarks)
 }
 
 fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {
@@ -88,30 +110,35 @@ fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'
         }
         all.extend(ends.into_iter().map(|(id, (kind, [start, end]))| {
             let (attributes, moved) = (attributes.get(demo, id), (end - start).norm() > MOVED_M);
-            Case { demo, id, kind, attributes, moved, end }
+            Case {
+                demo,
+                number: demonstration.number,
+                id,
+                kind,
+                attributes,
+                moved,
+                end,
+                near: None,
+            }
         }));
     }
     all
 }
 
-/// Returns the nearest object of a kind that never moves, where an object ends.
-fn nearest<'c, 'r>(
-    of: &Case<'_>,
-    cases: &'c [Case<'r>],
-    moving: &BTreeSet<&str>,
-) -> Option<&'c Case<'r>> {
-    let fixed = cases.iter().filter(|c| c.demo == of.demo && !moving.contains(&**c.kind));
-    fixed.min_by(|a, b| (a.end - of.end).norm().total_cmp(&(b.end - of.end).norm()))
+/// Returns the nearest object of a kind that never moves, where an object was put; `None` for one that stayed. The cases are in
+/// order of the demonstrations.
+fn nearest(of: &Case<'_>, cases: &[Case<'_>], moving: &BTreeSet<&str>) -> Option<usize> {
+    let from = cases.partition_point(|c| c.demo < of.demo);
+    let own = cases[from..].iter().take_while(|c| c.demo == of.demo && of.moved);
+    let fixed = own.zip(from..).filter(|(c, _)| !moving.contains(&**c.kind));
+    let far = |c: &Case<'_>| (c.end - of.end).norm();
+    fixed.min_by(|a, b| far(a.0).total_cmp(&far(b.0))).map(|(_, index)| index)
 }
 
 /// Returns what is done to each object, as seen in several ways; `None` for an object that a way says nothing of.
-fn outcomes(
-    own: &[&Case<'_>],
-    cases: &[Case<'_>],
-    moving: &BTreeSet<&str>,
-) -> Vec<Vec<Option<String>>> {
+fn outcomes(own: &[&Case<'_>], cases: &[Case<'_>]) -> Vec<Vec<Option<String>>> {
     let near: Vec<Option<&Case<'_>>> =
-        own.iter().map(|c| nearest(c, cases, moving).filter(|_| c.moved)).collect();
+        own.iter().map(|c| c.near.map(|index| &cases[index])).collect();
     let of = |label: &dyn Fn(&Case<'_>) -> Option<String>| -> Vec<Option<String>> {
         near.iter().map(|n| n.and_then(label)).collect()
     };
@@ -134,8 +161,7 @@ fn outcomes(
             ends.windows(2).map(|e| (e[1] - e[0], 0.5 * (e[0] + e[1]))).collect();
         gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
         let next = gaps.get(1).map_or(0.0, |gap| gap.0);
-        if let Some((gap, cut)) = gaps.first().filter(|g| g.0 > GAP.0 && g.0 > GAP.1 * next) {
-            debug_assert!(*gap > 0.0);
+        if let Some((_, cut)) = gaps.first().filter(|g| g.0 > GAP.0 && g.0 > GAP.1 * next) {
             let side = |c: &&Case<'_>| c.moved.then(|| (c.end[axis] < *cut).to_string());
             all.push(own.iter().map(side).collect());
         }
@@ -144,29 +170,58 @@ fn outcomes(
 }
 
 /// Returns the division of a kind that is least likely by chance, if any is unlikely enough.
-fn best(
+fn best<'r>(
     kind: &str,
-    own: &[&Case<'_>],
+    own: &[&Case<'r>],
     outcomes: &[Vec<Option<String>>],
     names: &mut BTreeSet<String>,
+    remarks: &mut Vec<Remark>,
 ) -> Option<SubKinds> {
     let known = own.iter().filter_map(|c| c.attributes).flat_map(|a| a.keys());
     let attributes: BTreeSet<&String> = known.collect();
     let tests = (attributes.len() * outcomes.len()) as f64;
     let mut found: Vec<Division> = Vec::new();
+    let mut would: Vec<(f64, Remark)> = Vec::new();
     for attribute in attributes {
-        let values: Option<Vec<&Attribute>> =
-            own.iter().map(|c| c.attributes?.get(attribute)).collect();
-        // An object without the attribute could belong anywhere.
-        let Some(values) = values else { continue };
+        let value = |case: &Case<'r>| case.attributes?.get(attribute);
+        let lacking: Vec<&Case<'r>> = own.iter().copied().filter(|c| value(c).is_none()).collect();
+        let but = |case: &Case<'r>, more: usize, lacks: bool| Remark::WouldDivide {
+            kind: kind.into(),
+            attribute: attribute.clone(),
+            id: case.id.into(),
+            demo: case.number,
+            more,
+            lacks,
+        };
         for outcome in outcomes {
-            let shown: Vec<(&Attribute, &str)> = (values.iter().zip(outcome))
-                .filter_map(|(value, outcome)| Some((*value, outcome.as_deref()?)))
-                .collect();
-            found.extend(division(attribute, &shown));
+            let (who, mut shown): (Vec<&Case<'r>>, Vec<(&Attribute, &str)>) = (own.iter())
+                .zip(outcome)
+                .filter_map(|(case, outcome)| Some((*case, (value(case)?, outcome.as_deref()?))))
+                .unzip();
+            // An object without the attribute could belong anywhere, and so could those like an exception.
+            match (division(attribute, &shown), lacking.first()) {
+                (Some(division), None) => found.push(division),
+                (Some(division), Some(first)) => {
+                    would.push((division.chance, but(first, lacking.len() - 1, true)));
+                }
+                (None, None) => {
+                    let Some(odd) = exception(&shown) else { continue };
+                    shown.remove(odd);
+                    // Any of them could have been it.
+                    let choices = own.len() as f64;
+                    would.extend(
+                        division(attribute, &shown)
+                            .map(|division| (choices * division.chance, but(who[odd], 0, false))),
+                    );
+                }
+                (None, Some(_)) => {}
+            }
         }
     }
     found.retain(|d| d.chance * tests < CHANCE);
+    would.retain(|(chance, _)| found.is_empty() && chance * tests < CHANCE);
+    would.sort_by(|a, b| a.0.total_cmp(&b.0));
+    remarks.extend(would.into_iter().next().map(|(_, remark)| remark));
     found.sort_by(|a, b| a.chance.total_cmp(&b.chance));
     let mut found = found.into_iter();
     let Division { attribute, parts, .. } = found.next()?;
@@ -184,6 +239,39 @@ fn best(
         of: of.collect(),
         also: also.into_iter().collect(),
     })
+}
+
+/// Returns the only object whose outcome is another than that of the objects with like values; `None` if there are several.
+fn exception(shown: &[(&Attribute, &str)]) -> Option<usize> {
+    let mut order: Vec<usize> = (0..shown.len()).collect();
+    let number = |i: usize| match shown[i].0 {
+        Attribute::Number(number) => Some(*number),
+        Attribute::Word(_) => None,
+    };
+    let odd: Vec<usize> = if order.iter().all(|i| number(*i).is_some()) {
+        order.sort_by(|a, b| number(*a).partial_cmp(&number(*b)).unwrap_or(Ordering::Equal));
+        let outcomes: Vec<&str> = order.iter().map(|i| shown[*i].1).collect();
+        let alone =
+            |i: &usize| outcomes[i - 1] == outcomes[i + 1] && outcomes[*i] != outcomes[i - 1];
+        // Where outcomes take turns, each is alone, and so none is the exception.
+        (1..order.len().saturating_sub(1)).filter(alone).map(|i| order[i]).collect()
+    } else {
+        let mut words: BTreeMap<&str, BTreeMap<&str, Vec<usize>>> = BTreeMap::new();
+        for (i, (value, outcome)) in shown.iter().enumerate() {
+            let Attribute::Word(word) = value else { return None };
+            words.entry(word).or_default().entry(outcome).or_default().push(i);
+        }
+        let usual = |outcomes: &BTreeMap<&str, Vec<usize>>| outcomes.values().map(Vec::len).max();
+        let others = words.values().flat_map(|outcomes| {
+            let usual = usual(outcomes);
+            let mut others = outcomes.values().collect::<Vec<_>>();
+            let most = others.iter().position(|own| Some(own.len()) == usual);
+            most.map(|most| others.remove(most));
+            others.into_iter().flatten().copied()
+        });
+        others.collect()
+    };
+    (odd.len() == 1).then(|| odd[0])
 }
 
 /// Returns how an attribute divides objects with these values and outcomes; `None` if it does not predict the outcome.

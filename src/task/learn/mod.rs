@@ -210,10 +210,11 @@ pub fn learn_attributed(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
-    let sub_kinds = divide(recording, attributes);
+    let (sub_kinds, remarks) = attributes::divisions(recording, attributes);
     SubKinds::apply(&sub_kinds, recording, attributes);
     let mut learned = learn_observed(recording, settings, observer)?;
     learned.domain.sub_kinds = sub_kinds;
+    learned.remarks.extend(remarks);
     Ok(learned)
 }
 

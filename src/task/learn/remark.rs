@@ -39,6 +39,21 @@ pub enum Remark {
         /// Kinds of the references to which they are brought, or `world`.
         to: Vec<String>,
     },
+    /// An attribute decides what is done to the objects of a kind, but for some. It divides nothing.
+    WouldDivide {
+        /// The kind.
+        kind: String,
+        /// The attribute.
+        attribute: String,
+        /// Id of the first such object.
+        id: String,
+        /// Number of its demonstration.
+        demo: u64,
+        /// Number of further such objects.
+        more: usize,
+        /// Whether they lack the attribute. If not, what is done to them is an exception.
+        lacks: bool,
+    },
     /// No goal was found.
     NoGoal(NoGoal),
 }
@@ -58,6 +73,20 @@ pub enum NoGoal {
     },
     /// All that holds at the end held all along.
     NothingNew,
+}
+
+impl Remark {
+    /// Returns the name of what is remarked, in snake case.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::ViewsDiffer { .. } => "views_differ",
+            Self::DemonstrationsDiffer { .. } => "demonstrations_differ",
+            Self::MovedByOthers { .. } => "moved_by_others",
+            Self::Alike { .. } => "alike",
+            Self::WouldDivide { .. } => "would_divide",
+            Self::NoGoal(_) => "no_goal",
+        }
+    }
 }
 
 impl fmt::Display for Remark {
@@ -89,6 +118,14 @@ impl fmt::Display for Remark {
             Self::Alike { kinds, to } => {
                 let names: Vec<String> = kinds.iter().map(|kind| format!("`{kind}`")).collect();
                 write!(f, "the same is done to {}: they go to {}", listed(&names), listed(to))
+            }
+            Self::WouldDivide { kind, attribute, id, demo, more, lacks } => {
+                let why = if *lacks { "lacks it" } else { "is an exception" };
+                write!(
+                    f,
+                    "`{attribute}` would divide `{kind}`, but `{id}` in demonstration {demo} {why}"
+                )?;
+                if *more > 0 { write!(f, ", and so do {more} other objects") } else { Ok(()) }
             }
             Self::NoGoal(why) => write!(f, "no goal was found: {why}"),
         }

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Words that mean something in PDDL.
-const TAKEN: [&str; 7] = ["object", "and", "not", "or", "either", "exists", "forall"];
+const TAKEN: [&str; 9] =
+    ["object", "and", "not", "or", "either", "exists", "forall", "imply", "when"];
 
 /// Gives each original name one name in PDDL.
 pub(super) struct Names {

@@ -28,13 +28,13 @@ pub type ObjectAttributes = BTreeMap<String, Attribute>;
 /// demonstration, 0 for a scene, and the id.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Attributes {
-    of: HashMap<(usize, Arc<str>), ObjectAttributes>,
+    of: HashMap<usize, HashMap<Arc<str>, ObjectAttributes>>,
 }
 
 impl Attributes {
     /// Returns the attributes of an object; `None` if it has none.
     pub fn get(&self, demo: usize, id: &str) -> Option<&ObjectAttributes> {
-        self.of.get(&(demo, id.into()))
+        self.of.get(&demo)?.get(id)
     }
 
     /// Sets an attribute of an object. Returns the value that it had before.
@@ -45,7 +45,8 @@ impl Attributes {
         name: &str,
         value: Attribute,
     ) -> Option<Attribute> {
-        self.of.entry((demo, id.into())).or_default().insert(name.into(), value)
+        let own = self.of.entry(demo).or_default();
+        own.entry(id.into()).or_default().insert(name.into(), value)
     }
 
     /// Returns whether no object has an attribute.
@@ -64,7 +65,9 @@ impl Attributes {
             let problem = format!("it has {} attributes", raw.len());
             return Err((String::new(), problem, format!("at most {MAX_ATTRIBUTES}")));
         }
-        let fits = |text: &str| (1..=MAX_NAME).contains(&text.chars().count());
+        let fits = |text: &str| {
+            (1..=MAX_NAME).contains(&text.chars().count()) && !text.contains(char::is_control)
+        };
         for (name, value) in raw {
             let value = match value {
                 _ if !fits(&name) => None,
@@ -74,13 +77,12 @@ impl Attributes {
             };
             let name: String = name.chars().take(MAX_NAME).collect();
             let Some(value) = value else {
-                let expected =
-                    format!("a word of 1 to {MAX_NAME} characters or a number, and a name as long");
-                return Err((
-                    name,
-                    "it is neither a word nor a number, or too long".into(),
-                    expected,
-                ));
+                let expected = format!(
+                    "a word of 1 to {MAX_NAME} characters or a number, and a name as long, without control characters"
+                );
+                let problem =
+                    "it is neither a word nor a number, or too long, or has control characters";
+                return Err((name, problem.into(), expected));
             };
             let before = self.set(demo, id, &name, value.clone());
             if before.is_some_and(|before| before != value) {

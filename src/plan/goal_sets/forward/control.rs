@@ -89,6 +89,8 @@ pub(in crate::plan::goal_sets) enum Signal {
     Closed,
     /// Some goal is not reached by the wave.
     Unreached,
+    /// Some goal is not reached even by the wave that waits for nothing.
+    Beyond,
     /// All goals are.
     Reached,
     /// The wave goes on.
@@ -124,8 +126,8 @@ pub(in crate::plan::goal_sets) enum Signal {
 }
 
 use Signal::{
-    Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open, Reached,
-    Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
+    Beyond, Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open,
+    Reached, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
 };
 
 /// Signals that must have lasted, and for how many milliseconds.
@@ -150,8 +152,8 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::Long(Race), Back, &[Unmet], &[], &[Won]),
     (When::After(Look), Wave, &[], &[], &[]),
     (When::After(Wave), Race, &[], &[Reached], &[]),
-    (When::In(Wave), Stuck, &[First, Unreached], &[Stalled], &[]),
-    (When::In(Wave), Back, &[Unreached], &[Stalled], &[First]),
+    (When::In(Wave), Stuck, &[First, Beyond], &[Stalled], &[]),
+    (When::In(Wave), Back, &[Beyond], &[Stalled], &[First]),
     (When::After(Check), Race, &[], &[], &[Won]),
     (When::After(Check), Start, &[Won, Last], &[], &[Double]),
     (When::After(Check), Veto, &[Won, Seen], &[], &[Double, Last]),

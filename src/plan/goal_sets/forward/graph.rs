@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::control::{Control, Phase, Signal};
 use super::memory::memory;
 use super::relaxed::relaxed;
+use crate::plan::goal_sets::costs::MOST_LEVELS;
 use crate::plan::goal_sets::motor::{Acting, act, load};
 use crate::plan::goal_sets::race::{BAR, Turns, race, utilities};
 use crate::plan::goal_sets::rules::Regression;
@@ -27,6 +28,8 @@ pub struct Progression {
     operators: Vec<GroundOperator>,
     /// Pairs of goals of which the first comes first: whatever achieves it undoes the second.
     pub(super) before: Vec<[usize; 2]>,
+    /// Levels of cost.
+    pub(super) levels: usize,
 }
 
 impl Progression {
@@ -42,15 +45,21 @@ impl Progression {
         };
         let pairs = goals.iter().flat_map(|a| goals.iter().map(move |b| [*a, *b]));
         let before = pairs.filter(|[a, b]| a != b && first(*a, *b) && !first(*b, *a)).collect();
-        Self { fluents: problem.fluents.len(), operators: problem.operators.clone(), before }
+        Self {
+            fluents: problem.fluents.len(),
+            operators: problem.operators.clone(),
+            before,
+            levels: rules.levels,
+        }
     }
 
     /// Returns about how many units a search with these slots has.
     pub(in crate::plan::goal_sets) fn units(problem: &Grounded, slots: usize) -> usize {
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let adds: usize = problem.operators.iter().map(|o| o.adds.len()).sum();
-        let rules = fluents.saturating_mul(20) + operators.saturating_mul(12) + 2 * adds;
-        rules.saturating_add(Layout::new(fluents, operators, slots).units())
+        let fluents = fluents.saturating_mul(22 + 2 * MOST_LEVELS);
+        let rules = fluents + operators.saturating_mul(14) + 3 * adds;
+        rules.saturating_add(Layout::new(problem.fluents.len(), operators, slots).units())
     }
 
     pub(in crate::plan::goal_sets) fn size(&self) -> (usize, usize) {

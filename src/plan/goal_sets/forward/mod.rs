@@ -10,9 +10,10 @@
 //! | `memory` | slots for states; the way back to the first and forth again |
 //! | `graph` | all parts as one module |
 //!
-//! A wave runs from the state through all operators at once, and latches for each fluent the operators that reach it first (the
-//! relaxed planning graph of Hoffmann and Nebel, "The FF planning system", 2001). From the goals back, units mark what is
-//! needed: its supporters, their preconditions, and so on, down to what holds. So the relaxed plan is there at once, and changes
+//! A wave runs from the state through all operators at once, as slowly as what they need costs, and latches for each fluent the
+//! operator that reaches it first (additive costs in place of the layers of Hoffmann and Nebel, "The FF planning system",
+//! 2001, as in Keyder and Geffner, "Heuristics for planning with action costs revisited", 2008). From the goals back, units mark what is
+//! needed: its support, their preconditions, and so on, down to what holds. So the relaxed plan is there at once, and changes
 //! with the state while its operators are applied one after the other (lookahead, as in Vidal, "A lookahead strategy for
 //! heuristic search planning", 2004). When none is left to apply, a new wave runs. A goal that would have to be undone for
 //! another one waits for it (Koehler and Hoffmann, "On reasonable and forced goal orderings", 2000): fixed synapses, found from

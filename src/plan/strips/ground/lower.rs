@@ -112,7 +112,7 @@ pub(super) struct Base<'a> {
 
 impl<'a> Base<'a> {
     pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
-        let objects: Vec<&Typed> = domain.constants.iter().chain(&problem.objects).collect();
+        let objects = problem.all_objects(domain);
         let numbered = objects.iter().zip(0..);
         let positions = numbered.map(|(object, at)| (object.name.as_str(), at)).collect();
         let named = domain.predicates.iter().zip(0..);

@@ -148,6 +148,8 @@ pub struct Grounded {
     pub start: Vec<usize>,
     /// Fluents that must hold at the end, in increasing order. What holds always is left out.
     pub goal: Vec<usize>,
+    /// What was guessed, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Grounded {
@@ -156,8 +158,9 @@ impl Grounded {
     /// Costs O(bindings tried): actions are joined with reachable facts, so preconditions prune early.
     ///
     /// # Errors
-    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators, or where a condition has too many choices of objects or
-    /// alternatives; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
+    /// [`GroundFault::TooLarge`] beyond 200,000 facts or operators, 50 million steps of joins and comparisons, 1 million choices
+    /// of objects for the quantifiers of a condition, 2,048 ways in which a condition can hold, or 2,048 operators of an action
+    /// with its objects; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
     pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
         match compile(domain, problem) {
             Ok(grounded) => grounded,
@@ -214,10 +217,14 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     let calls = reach.explore()?;
     let mut known = reach.known;
     known.settle(&schemas, &calls)?;
-    let costs = |call: &reach::Call| cost(&base, problem, &schemas[call.schema], &call.objects);
     let mut compiled: Vec<Compiled> = Vec::new();
+    let mut unpriced = None;
     for (at, call) in calls.iter().enumerate() {
-        of_call(&known, &schemas[call.schema], at, call, costs(call), &mut compiled)?;
+        let (cost, known_all) = cost(&base, problem, &schemas[call.schema], &call.objects);
+        if !known_all {
+            unpriced = unpriced.or(Some(call));
+        }
+        of_call(&known, &schemas[call.schema], at, call, cost, &mut compiled)?;
         if compiled.len() > MAX_GROUND {
             return Err(TooLarge::new("reachable actions", MAX_GROUND));
         }
@@ -248,7 +255,13 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         }
     }
     for (holds, fact) in &problem.goal {
-        let Some(ground) = base.ground(fact) else { continue };
+        let Some(ground) = base.ground(fact) else {
+            if *holds {
+                let why = "the problem has no such predicate or objects";
+                return Ok(Err(unreachable(&fact.to_string(), why)));
+            }
+            continue;
+        };
         if !derived(fact) {
             of_goal.push((ground, *holds));
             continue;
@@ -261,7 +274,14 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     }
     let mut assembly =
         Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
-    Ok(assembly.grounded(of_goal, ways, &names))
+    let mut grounded = assembly.grounded(of_goal, ways, &names);
+    if let (Ok(grounded), Some(call)) = (&mut grounded, unpriced) {
+        grounded.warnings.push(format!(
+            "the problem gives no value for a part of the cost of `{}`; such parts are counted as 0",
+            assembly.name(call)
+        ));
+    }
+    Ok(grounded)
 }
 
 /// Returns which predicates some condition, the goal, or an effect without condition names.
@@ -272,23 +292,23 @@ fn matters(domain: &Domain, problem: &Problem) -> Vec<bool> {
             matters[place] = true;
         }
     };
-    let mut literal = |l: &Literal, _: bool| see(&l.atom.predicate, l.atom.arguments.len());
+    let mut literal = |l: &Literal| see(&l.atom.predicate, l.atom.arguments.len());
     for action in &domain.actions {
-        action.preconditions.iter().chain(&action.effects).for_each(|l| literal(l, false));
+        action.preconditions.iter().chain(&action.effects).for_each(&mut literal);
         let conditional = action.conditional.iter().map(|effect| &effect.condition);
-        action.conditions.iter().chain(conditional).for_each(|c| c.literals(false, &mut literal));
+        action.conditions.iter().chain(conditional).for_each(|c| c.literals(&mut literal));
     }
     let rules = domain.derived.iter().map(|rule| &rule.condition);
-    rules.chain(&problem.conditions).for_each(|c| c.literals(false, &mut literal));
+    rules.chain(&problem.conditions).for_each(|c| c.literals(&mut literal));
     for (_, fact) in &problem.goal {
         see(&fact.predicate, fact.arguments.len());
     }
     matters
 }
 
-/// Returns the cost of an action with its objects.
-fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) -> Number {
-    let Some(metric) = &problem.metric else { return Number::default() };
+/// Returns the cost of an action with its objects, and whether the problem gives all parts of it.
+fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) -> (Number, bool) {
+    let Some(metric) = &problem.metric else { return (Number::default(), true) };
     let slots: Vec<usize> = (0..schema.parameters).collect();
     let own = |increase: &&super::Increase| {
         let function = &increase.function;
@@ -302,13 +322,13 @@ fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) ->
             })
     };
     let amounts = schema.increases.iter().filter(own);
-    // A value that the problem does not give is no cost.
-    let amounts = amounts.filter_map(|i| base.value(&i.amount, &slots, objects));
-    Number::new(amounts.map(Number::value).sum()).unwrap_or_default()
+    let amounts: Vec<_> = amounts.map(|i| base.value(&i.amount, &slots, objects)).collect();
+    let sum = amounts.iter().flatten().map(|amount| amount.value()).sum();
+    (Number::new(sum).unwrap_or_default(), amounts.iter().all(Option::is_some))
 }
 
-/// Name of the fact that stands for a goal with alternatives.
-const GOAL: &str = "the-goal";
+/// Name of the fact that stands for a goal with alternatives. No predicate has a blank in its name.
+const GOAL: &str = "the goal";
 
 /// Puts the operators of a problem together.
 struct Assembly<'k, 'b, 'a> {
@@ -342,37 +362,24 @@ impl Assembly<'_, '_, '_> {
             self.known.facts.get(fact).map(|number| 2 * number + u32::from(!holds))
         };
         let mut goal: Way = Vec::new();
-        match ways.as_slice() {
-            [one] => {
-                for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
-                    match code(pair) {
-                        Some(code) => goal.push(code),
-                        // It is never reached.
-                        None if !holds => {}
-                        None => return Err(self.unreachable(fact, *holds)),
-                    }
-                }
-                goal.extend(one);
+        for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
+            match code(pair) {
+                Some(code) => goal.push(code),
+                // It is never reached.
+                None if !holds => {}
+                None => return Err(self.unreachable(fact, *holds)),
             }
-            several => {
-                let mut certain: Way = Vec::new();
-                for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
-                    match code(pair) {
-                        Some(code) => certain.push(code),
-                        None if !holds => {}
-                        None => return Err(self.unreachable(fact, *holds)),
-                    }
-                }
-                certain.sort_unstable();
-                certain.dedup();
-                for way in several {
-                    if let Some(needs) = join(&certain, way) {
-                        let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
-                        self.compiled.push(Compiled { call, needs, effects, cost });
-                    }
-                }
-                goal.push(2 * hidden);
+        }
+        goal.sort_unstable();
+        goal.dedup();
+        if let [one] = ways.as_slice() {
+            goal.extend(one);
+        } else {
+            for needs in ways.iter().filter_map(|way| join(&goal, way)) {
+                let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
+                self.compiled.push(Compiled { call, needs, effects, cost });
             }
+            goal = vec![2 * hidden];
         }
         goal.sort_unstable();
         goal.dedup();
@@ -432,6 +439,7 @@ impl Assembly<'_, '_, '_> {
             operators,
             goal: wanted.into_iter().collect(),
             fluents: fluents.into_iter().map(|(fluent, _)| fluent).collect(),
+            warnings: Vec::new(),
         })
     }
 
@@ -445,7 +453,6 @@ impl Assembly<'_, '_, '_> {
 
     /// Returns the operators over fluents. `places` has the fluent of each code.
     fn operators(&self, places: &[Option<usize>]) -> Vec<GroundOperator> {
-        let base = self.known.base;
         let sorted = |found: BTreeSet<usize>| found.into_iter().collect::<Vec<_>>();
         let mut operators: Vec<GroundOperator> = Vec::new();
         for compiled in &self.compiled {
@@ -463,11 +470,7 @@ impl Assembly<'_, '_, '_> {
                 None => (self.schemas.len(), String::new()),
                 Some(at) => {
                     let call = &self.calls[at];
-                    let own = &call.objects[..self.schemas[call.schema].parameters];
-                    let name = |object: &u32| format!(" {}", base.objects[*object as usize].name);
-                    let objects: String = own.iter().map(name).collect();
-                    let action = &base.domain.actions[call.schema].name;
-                    (call.schema, format!("({action}{objects})"))
+                    (call.schema, self.name(call))
                 }
             };
             operators.push(GroundOperator {
@@ -480,6 +483,15 @@ impl Assembly<'_, '_, '_> {
             });
         }
         operators::without_doubles(operators)
+    }
+
+    /// Returns the name of a call, as in a plan.
+    fn name(&self, call: &reach::Call) -> String {
+        let base = self.known.base;
+        let own = &call.objects[..self.schemas[call.schema].parameters];
+        let name = |object: &u32| format!(" {}", base.objects[*object as usize].name);
+        let objects: String = own.iter().map(name).collect();
+        format!("({}{objects})", base.domain.actions[call.schema].name)
     }
 
     fn unreachable(&self, fact: &Fact, holds: bool) -> GroundFault {

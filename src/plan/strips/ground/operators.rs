@@ -98,13 +98,14 @@ pub(super) fn of_call(
         needs.into_iter().map(|way| (way, effects.clone())).collect();
     for group in &groups {
         let mut next = Vec::new();
-        for (way, effects) in open {
-            known.step()?;
-            let fired = || [effects.as_slice(), &group.effects].concat();
+        for (way, mut effects) in open {
+            known.steps(1 + (way.len() + effects.len()) / 16)?;
             if group.holds.iter().any(|holds| within(holds, &way)) {
-                next.push((way.clone(), fired()));
+                effects.extend(&group.effects);
+                next.push((way, effects));
                 continue;
             }
+            let fired = || [effects.as_slice(), &group.effects].concat();
             let split = |ways: &[Way]| {
                 let mut found: Vec<Way> = ways.iter().filter_map(|w| join(&way, w)).collect();
                 absorb(&mut found);
@@ -220,12 +221,12 @@ pub(super) fn without_doubles(operators: Vec<GroundOperator>) -> Vec<GroundOpera
         if kept.last().is_none_or(|last| last.name != operator.name) {
             first = kept.len();
         }
-        let subset = |part: &[usize], whole: &[usize]| part.iter().all(|p| whole.contains(p));
+        let has = |whole: &[usize], fluent: &usize| whole.binary_search(fluent).is_ok();
         let no_wider = |narrow: &GroundOperator, wide: &GroundOperator| {
-            subset(&wide.preconditions, &narrow.preconditions)
-                && subset(&narrow.adds, &wide.adds)
+            within(&wide.preconditions, &narrow.preconditions)
+                && within(&narrow.adds, &wide.adds)
                 // What the narrow one needs, the wide one need not add.
-                && wide.adds.iter().all(|a| narrow.adds.contains(a) || narrow.preconditions.contains(a))
+                && wide.adds.iter().all(|a| has(&narrow.adds, a) || has(&narrow.preconditions, a))
                 && narrow.deletes == wide.deletes
                 && narrow.cost == wide.cost
         };

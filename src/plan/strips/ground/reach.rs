@@ -54,6 +54,17 @@ pub(super) struct Call {
     pub variant: usize,
 }
 
+/// Returns whether reached facts choose objects for a condition. Otherwise all choices would be calls of their own.
+fn joined(formula: &Formula, base: &Base<'_>) -> bool {
+    match formula {
+        Formula::Fact(atom, holds) => *holds && !base.derived[atom.predicate as usize],
+        Formula::All(parts) => parts.iter().any(|part| joined(part, base)),
+        Formula::Any(parts) => parts.iter().all(|part| joined(part, base)),
+        Formula::Each { all, inner, .. } => !all && joined(inner, base),
+        Formula::Same(..) | Formula::Compare(..) => false,
+    }
+}
+
 impl Variant {
     /// Splits a condition into variants. What has too many alternatives stays a check.
     fn split(mut self, formula: &Formula, base: &Base<'_>) -> Vec<Self> {
@@ -106,7 +117,7 @@ impl Variant {
                 }
                 self.checks.push(formula.clone());
             }
-            Formula::Each { all: false, slots, inner } => {
+            Formula::Each { all: false, slots, inner } if joined(inner, base) => {
                 self.slots.extend(slots);
                 return self.split(inner, base);
             }
@@ -254,9 +265,22 @@ struct Join<'j> {
     /// Needs that are not joined yet.
     open: Vec<bool>,
     bound: Vec<u32>,
-    /// Number of facts of each predicate that may be used.
+    /// Slots that needs have bound, the last at the end.
+    trail: Vec<usize>,
+    /// The need that a fact of the last round meets. Those before it are met by earlier facts.
+    fresh: usize,
+    /// Numbers of facts of each predicate that were reached before the last round, and with it.
+    old: &'j [usize],
     now: &'j [usize],
     found: HashSet<Call>,
+}
+
+impl Join<'_> {
+    /// Returns how many facts of its predicate may meet a need.
+    fn limit(&self, at: usize) -> usize {
+        let facts = if at < self.fresh { self.old } else { self.now };
+        facts[self.variant.needs[at].predicate as usize]
+    }
 }
 
 impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
@@ -300,10 +324,13 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
                         at: v,
                         open: vec![true; variant.needs.len()],
                         bound: vec![UNBOUND; schema.fitting.len()],
+                        trail: Vec::new(),
+                        fresh: 0,
+                        old: &old,
                         now: &now,
                         found: HashSet::new(),
                     };
-                    self.fresh(&mut join, &old, first)?;
+                    self.fresh(&mut join, first)?;
                     found.extend(join.found.into_iter().filter(|call| !calls.contains(call)));
                     if calls.len() + found.len() > MAX_GROUND {
                         return Err(TooLarge::new("reachable actions", MAX_GROUND));
@@ -329,14 +356,15 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
     }
 
     /// Finds the calls of a variant for which some need is a fact of the last round.
-    fn fresh(&self, join: &mut Join<'_>, old: &[usize], first: bool) -> Result<(), TooLarge> {
+    fn fresh(&self, join: &mut Join<'_>, first: bool) -> Result<(), TooLarge> {
         if join.variant.needs.is_empty() {
             return if first { self.extend(join) } else { Ok(()) };
         }
         for (at, need) in join.variant.needs.iter().enumerate() {
             let predicate = need.predicate as usize;
             join.open[at] = false;
-            for fact in old[predicate]..join.now[predicate] {
+            join.fresh = at;
+            for fact in join.old[predicate]..join.now[predicate] {
                 self.with_fact(join, need, fact)?;
             }
             join.open[at] = true;
@@ -348,16 +376,16 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
     fn with_fact(&self, join: &mut Join<'_>, need: &Atom, fact: usize) -> Result<(), TooLarge> {
         let objects = &self.reached[need.predicate as usize][fact];
         let fitting = &self.schemas[join.schema].fitting;
-        let mut newly: u64 = 0;
+        let before = join.trail.len();
         let mut agrees = true;
-        for (place, (argument, object)) in need.arguments.iter().zip(objects).enumerate() {
+        for (argument, object) in need.arguments.iter().zip(objects) {
             match argument {
                 Argument::Object(own) => agrees = own == object,
                 Argument::Slot(slot) if join.bound[*slot] == UNBOUND => {
-                    agrees = fitting[*slot].fits[*object as usize] && place < 64;
+                    agrees = fitting[*slot].fits[*object as usize];
                     if agrees {
                         join.bound[*slot] = *object;
-                        newly |= 1 << place;
+                        join.trail.push(*slot);
                     }
                 }
                 Argument::Slot(slot) => agrees = join.bound[*slot] == *object,
@@ -371,13 +399,8 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         } else {
             self.known.step()?;
         }
-        for (place, argument) in need.arguments.iter().enumerate() {
-            if let Argument::Slot(slot) = argument
-                && place < 64
-                && newly >> place & 1 == 1
-            {
-                join.bound[*slot] = UNBOUND;
-            }
+        for slot in join.trail.drain(before..) {
+            join.bound[slot] = UNBOUND;
         }
         Ok(())
     }
@@ -394,22 +417,23 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         let mut best: Option<(usize, Option<&Vec<u32>>, usize)> = None;
         for (at, need) in variant.needs.iter().enumerate().filter(|(at, _)| join.open[*at]) {
             let (facts, count) = self.candidates(need, &join.bound);
+            let count = count.min(join.limit(at));
             if best.is_none_or(|(.., least)| count < least) {
                 best = Some((at, facts, count));
             }
         }
         if let Some((at, facts, count)) = best {
             let need = &variant.needs[at];
-            let now = join.now[need.predicate as usize];
+            let limit = join.limit(at);
             join.open[at] = false;
             match facts {
                 Some(facts) => {
-                    for fact in facts.iter().map(|f| *f as usize).take_while(|f| *f < now) {
+                    for fact in facts.iter().map(|f| *f as usize).take_while(|f| *f < limit) {
                         self.with_fact(join, need, fact)?;
                     }
                 }
                 None => {
-                    for fact in 0..now.min(count) {
+                    for fact in 0..count {
                         self.with_fact(join, need, fact)?;
                     }
                 }

@@ -69,8 +69,8 @@ pub(super) fn join(a: &[Code], b: &[Code]) -> Option<Way> {
     }
 }
 
-/// Returns whether every code of `part` is in `whole`.
-pub(super) fn within(part: &[Code], whole: &[Code]) -> bool {
+/// Returns whether every element of `part` is in `whole`. Both are sorted.
+pub(super) fn within<T: PartialEq>(part: &[T], whole: &[T]) -> bool {
     let mut whole = whole.iter();
     part.len() <= whole.len() && part.iter().all(|code| whole.any(|other| other == code))
 }
@@ -335,6 +335,7 @@ impl<'b, 'a> Known<'b, 'a> {
         }
         let mut ways = vec![certain.clone()];
         for mut factor in factors {
+            self.steps(factor.len() * (certain.len() / 16 + 1))?;
             factor.retain(|way| join(&certain, way).is_some());
             if factor.iter().any(|way| within(way, &certain)) {
                 continue;

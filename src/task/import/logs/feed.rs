@@ -7,12 +7,11 @@ use crate::logs::bag::Bag;
 use crate::logs::frames::{NO_FRAME, What, Who, compose};
 use crate::logs::messages::Shape;
 use crate::logs::topics::{Asked, Topic, commands, names_a_part, opens};
-use crate::logs::{Pattern, Take, TopicMap};
+use crate::logs::{Take, TopicMap, fits};
 use crate::task::error::InputFault;
-use crate::task::import::columns::names_a_hand;
 use crate::task::import::finish::median;
 use crate::task::import::mapping::Length;
-use crate::task::import::streams::{Dropped, Streams};
+use crate::task::import::streams::{Dropped, Reading, Signal, Streams};
 
 /// Difference of clocks from which it is no delay, in nanoseconds.
 const ANOTHER_CLOCK: f64 = 1e9;
@@ -77,8 +76,8 @@ impl Feed<'_> {
         items.retain(|item| self.bag.topics[item.topic as usize].meaning == Some(Take::Poses));
         self.bag.items = items;
         let choice = self.choose_frames(into)?;
-        let (session, part) = into.place_of(self.file)?;
-        let part = into.part(&session, &part);
+        let home = into.home(self.file)?;
+        let part = into.part_of(&home, None);
         let sources: Vec<u32> =
             self.bag.topics.iter().map(|topic| into.source(self.file, topic.map.frame)).collect();
         for source in &sources {
@@ -119,9 +118,8 @@ impl Feed<'_> {
             }
         }
         let asked = &into.mapping.topics;
-        let missing = |map: &&TopicMap| {
-            !self.bag.topics.iter().any(|topic| Pattern::fits(&map.topic, &topic.name))
-        };
+        let missing =
+            |map: &&TopicMap| !self.bag.topics.iter().any(|topic| fits(&map.topic, &topic.name));
         let missing: Vec<String> = asked.iter().filter(missing).map(|m| m.topic.clone()).collect();
         if missing.len() == asked.len()
             && let Some(first) = missing.first()
@@ -268,10 +266,7 @@ impl Feed<'_> {
         let count = self.bag.frames.parents.len();
         let (mut taken, mut left) = (vec![false; count], Vec::new());
         let hung = |frame: u32| !self.bag.frames.parents[frame as usize].is_empty();
-        let of_hand = |id: &str| match &into.mapping.hand {
-            Some(pattern) => Pattern::fits(pattern, id),
-            None => names_a_hand(id),
-        };
+        let of_hand = |id: &str| into.mapping.is_hand(id);
         let hands = (1..count as u32).filter(|frame| hung(*frame) && of_hand(name(*frame)));
         let hand = hands
             .min_by_key(|frame| (self.bag.frames.still(*frame), self.bag.frames.up(*frame).len()));
@@ -511,19 +506,17 @@ impl Feed<'_> {
 
 /// Puts the topic's signal of the gripper into a part. Returns whether there is one.
 fn signal(topic: &Topic, into: &mut Streams, part: usize, source: u32) -> bool {
-    let sign = if topic.map.invert == Some(true) { -1.0 } else { 1.0 };
-    let part = &mut into.parts[part];
-    match topic.meaning {
-        Some(Take::Width) => {
-            part.width.extend(topic.signal.iter().map(|(t, value)| (seconds(*t), sign * value)));
-        }
-        Some(Take::Grasp) => {
-            let set = |value: f64| (value > 0.5) != (sign < 0.0);
-            part.grasp.extend(topic.signal.iter().map(|(t, value)| (seconds(*t), set(*value))));
-        }
+    let inverted = topic.map.invert == Some(true);
+    let sign = if inverted { -1.0 } else { 1.0 };
+    let set = |value: f64| f64::from(u8::from((value > 0.5) != inverted));
+    let (signal, value): (_, &dyn Fn(f64) -> f64) = match topic.meaning {
+        Some(Take::Width) => (Signal::Width, &|value| sign * value),
+        Some(Take::Grasp) => (Signal::Grasp, &set),
         _ => return false,
-    }
-    part.signal_source = Some(source);
+    };
+    let readings = topic.signal.iter();
+    let readings = readings.map(|(t, v)| Reading { t: seconds(*t), value: value(*v), source });
+    into.parts[part].signals.entry(signal).or_default().extend(readings);
     into.sources[source as usize].rows += topic.signal.len() as u64;
     !topic.signal.is_empty()
 }

@@ -6,10 +6,10 @@ use hdf5_pure::{DType, File, Group};
 
 use super::arrays::{Form, Layout, guess, orientation, words};
 use super::sink::fault;
-use crate::logs::{DatasetMap, Pattern, PoseDatasets, UNSEEN};
+use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits};
 use crate::robot::Pose;
 use crate::task::error::InputFault;
-use crate::task::import::streams::Streams;
+use crate::task::import::streams::{Reading, Signal, Streams};
 
 /// Greatest number of groups and datasets, and of groups in groups.
 const MOST_ENTRIES: usize = 100_000;
@@ -136,7 +136,7 @@ impl Arrays<'_> {
         let own = |path: &String| {
             let ends = path.match_indices('/').map(|(at, _)| at).nth(depth);
             let group = &path[..ends?];
-            Pattern::fits(pattern, group).then(|| group.to_owned())
+            fits(pattern, group).then(|| group.to_owned())
         };
         let mut groups: Vec<String> = self.shapes.keys().filter_map(own).collect();
         groups.dedup();
@@ -284,18 +284,10 @@ impl Arrays<'_> {
                 return Err(fault(self.file, "", problem, expected));
             }
         };
-        let (session, part) = into.place_of(self.file)?;
-        let named = into.mapping.sessions.is_some();
-        let name = match (&*place.name, named) {
-            ("", _) => session,
-            (own, true) => format!("{session}/{own}"),
-            // Groups of several files may have the same names.
-            (own, false) if into.index.contains_key(&(own.to_owned(), part.clone())) => {
-                format!("{session}/{own}")
-            }
-            (own, false) => own.to_owned(),
-        };
-        let part = into.part(&name, &part);
+        let home = into.home(self.file)?;
+        let group = Some(&*place.name).filter(|name| !name.is_empty());
+        let part = into.part_of(&home, group);
+        into.parts[part].told |= group.is_some();
         let source = into.source(self.file, None);
         let own = &mut into.sources[source as usize];
         own.time = if map.time.is_some() { into.mapping.time_unit } else { own.time };
@@ -326,18 +318,14 @@ impl Arrays<'_> {
                     "a number for each row, or one for each finger",
                 ));
             }
-            let own = &mut into.parts[part];
+            let signal = if flag { Signal::Grasp } else { Signal::Width };
+            let own = into.parts[part].signals.entry(signal).or_default();
             for (t, row) in times.iter().zip(values.chunks_exact(size as usize)) {
                 let sum = row.iter().map(|v| if size > 1 { v.abs() } else { *v }).sum::<f64>();
-                if !(t.is_finite() && sum.is_finite()) {
-                    continue;
-                }
-                match flag {
-                    true => own.grasp.push((*t, sum > 0.5)),
-                    false => own.width.push((*t, sum)),
+                if t.is_finite() && sum.is_finite() {
+                    own.push(Reading { t: *t, value: sum, source });
                 }
             }
-            own.signal_source = Some(source);
             used.insert(path);
         }
         Ok(())

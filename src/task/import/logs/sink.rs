@@ -2,7 +2,7 @@
 
 use crate::robot::Pose;
 use crate::task::error::InputFault;
-use crate::task::import::csv::{MOST_ROWS, place, session_of};
+use crate::task::import::csv::MOST_ROWS;
 use crate::task::import::mapping::TimeUnit;
 use crate::task::import::streams::{Guess, Sample, Source, Streams};
 use crate::task::recording::MAX_NAME;
@@ -23,19 +23,6 @@ impl Streams {
     pub(super) fn suppose(&mut self, file: &str, what: &str, value: &str, reason: String) {
         let (what, value, file) = (what.into(), value.into(), file.into());
         self.note(Guess { what, value, reason, file });
-    }
-
-    /// Returns the session and the part to which a file belongs.
-    pub(super) fn place_of(&self, file: &str) -> Result<(String, String), InputFault> {
-        let name = file.rsplit('/').next().unwrap_or(file);
-        match (place(self, name), &self.mapping.sessions) {
-            (Some(place), _) => Ok(place),
-            (None, Some(pattern)) => {
-                let problem = "its name does not fit the pattern of `sessions` in the mapping";
-                Err(fault(file, "", problem, pattern))
-            }
-            (None, None) => Ok((session_of(name).to_owned(), String::new())),
-        }
     }
 
     /// Adds a source of poses in seconds.

@@ -1,7 +1,6 @@
 //! Finds the object that a hand carried where the recording does not name it.
 
-use super::likelihood::Spread;
-use super::motion::{Motion, angle};
+use super::motion::{Motion, angle, vertical, widths};
 use crate::robot::Pose;
 use crate::task::domain::distance::p_distance;
 use crate::task::domain::relative;
@@ -11,18 +10,10 @@ use crate::task::recording::Recording;
 /// An object that moved less than this share of the farthest movement was nudged.
 const NUDGED: f64 = 0.2;
 
-/// Least ratio of the width of a table to the differences in height on it.
-const FLAT: f64 = 4.0;
-
 /// Returns the vertical coordinate, if objects lie all over a table when demonstrations begin.
 pub(super) fn upright(recording: &Recording) -> Option<usize> {
     let begun = recording.demos.iter().filter_map(|demo| demo.snapshots.first());
-    let objects = begun.flat_map(|s| &s.objects);
-    let width: [f64; 3] = std::array::from_fn(|i| {
-        let spread = Spread::over(objects.clone().map(|o| o.pose.position[i]));
-        spread.map_or(0.0, |s| s.high - s.low)
-    });
-    (0..3).find(|i| (0..3).all(|j| j == *i || FLAT * width[*i] < width[j]))
+    vertical(widths(begun.flat_map(|s| &s.objects).map(|o| o.pose.position)))
 }
 
 /// Guesses the object of an attempt, given the first and the last snapshot of each track, and the vertical coordinate

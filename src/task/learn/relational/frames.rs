@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::likelihood::{Spread, Sums};
-use super::motion::{Came, Motion, Rest};
+use super::motion::{Came, Motion, Rest, vertical, widths};
 use crate::robot::Pose;
 use crate::task::domain::relative;
 
@@ -15,8 +15,6 @@ const BESIDE: f64 = 2.0;
 const PART_M: f64 = 0.04;
 /// Distance up to which two places are the same, in metres.
 const SAME_M: f64 = 5e-3;
-/// Least ratio of the width of a table to the differences in height on it.
-const FLAT: f64 = 4.0;
 
 /// The frames of a recording. Frame 0 is the world, frame `k + 1` belongs to kind `k`.
 pub(super) struct Frames<'m, 'r> {
@@ -62,16 +60,12 @@ impl<'m, 'r> Frames<'m, 'r> {
         let kinds: Vec<Arc<str>> = names.keys().cloned().collect();
         let moves = names.iter().map(|(k, by)| handled.contains(k) || by.len() >= often).collect();
         // The width of the scene, or of what was found alone.
-        let width = |found: bool| -> [f64; 3] {
+        let width = |found: bool| {
             let rests = motion.rests.iter().filter(|r| !found || r.came == Came::Found);
-            std::array::from_fn(|i| {
-                let spread = Spread::over(rests.clone().map(|r| r.pose.position[i]));
-                spread.map_or(0.0, |s| s.high - s.low)
-            })
+            widths(rests.map(|r| r.pose.position))
         };
         let extent = width(false).map(|w| (1.1 * w).max(SMALLEST_M));
-        let table = width(true);
-        let up = (0..3).find(|i| (0..3).all(|j| j == *i || FLAT * table[*i] < table[j]));
+        let up = vertical(width(true));
         let mut frames = Self {
             motion,
             kinds,

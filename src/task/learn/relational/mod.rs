@@ -104,9 +104,6 @@ pub(super) fn learn(
     }));
     remarks.extend(found.moved_by_others.into_iter().map(|kind| Remark::MovedByOthers { kind }));
     remarks.extend(no_goal.map(Remark::NoGoal));
-    for remark in &remarks {
-        observer.observe(&Event::Warned(&remark.to_string()));
-    }
     remarks.extend(remark::alike(&domain));
     let (outliers, unsure_frames) = (motion.outliers, Vec::new());
     Ok(Learned { domain, report, outliers, unachieved, unsure_frames, remarks })

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::following::{follow, vanishes_for_a_moment};
+use super::likelihood::Spread;
 use super::{carried, views};
 use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::task::learn::attempts::{self, Attempt, MOVED_M};
@@ -84,6 +85,22 @@ const MOMENT: usize = 2;
 
 pub(super) fn angle(a: &Pose, b: &Pose) -> f64 {
     rotation_between(a, b).iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// Least ratio of the width of a table to the differences in height on it.
+const FLAT: f64 = 4.0;
+
+/// Returns the widths of the box around positions, in metres.
+pub(super) fn widths(positions: impl Iterator<Item = [f64; 3]> + Clone) -> [f64; 3] {
+    std::array::from_fn(|i| {
+        let spread = Spread::over(positions.clone().map(|at| at[i]));
+        spread.map_or(0.0, |s| s.high - s.low)
+    })
+}
+
+/// Returns the vertical coordinate of a box, if things lie all over a table in it.
+pub(super) fn vertical(widths: [f64; 3]) -> Option<usize> {
+    (0..3).find(|i| (0..3).all(|j| j == *i || FLAT * widths[*i] < widths[j]))
 }
 
 impl<'r> Motion<'r> {

@@ -139,7 +139,7 @@ fn shift_of(
         for b in seats[index + 1..].iter().filter(|b| b.state.kind == a.state.kind) {
             let (few, many) = if a.demos().len() < b.demos().len() { (a, b) } else { (b, a) };
             let (demos, others) = (few.demos(), many.demos());
-            let by = few.mean(|_| true)? - many.mean(|_| true)?;
+            let by = few.mean()? - many.mean()?;
             let told = by.norm() > SURE * noise && by.norm() <= SHIFT_M;
             let sides = demos.len() >= SIDE && others.len() >= SIDE;
             if !told || !sides || !demos.is_disjoint(&others) || !few.is_tight() || !many.is_tight()
@@ -150,7 +150,7 @@ fn shift_of(
             let near = ALIKE * by.norm() + SURE * noise;
             let agrees = seats.iter().all(|seat| {
                 let all = seats.iter().filter(|other| {
-                    let apart = other.mean(|_| true).zip(seat.mean(|_| true));
+                    let apart = other.mean().zip(seat.mean());
                     other.state.kind == seat.state.kind
                         && apart.is_some_and(|(a, b)| (a - b).norm() <= SHIFT_M + near)
                 });
@@ -207,8 +207,8 @@ impl Seats<'_> {
         self.poses.iter().map(|(demo, _)| *demo).collect()
     }
 
-    fn mean(&self, wanted: impl Fn(usize) -> bool) -> Option<Vector3<f64>> {
-        mean(self.poses.iter().filter(|(demo, _)| wanted(*demo)).map(|(_, pose)| *pose))
+    fn mean(&self) -> Option<Vector3<f64>> {
+        mean(self.poses.iter().map(|(_, pose)| *pose))
     }
 
     fn is_tight(&self) -> bool {

@@ -219,7 +219,7 @@ fn grounded(domain: &Domain, rules: Rules) -> (Grounded, Vec<(StateId, bool)>) {
     });
     let operators = operators.collect();
     let start = (0..fluents.len()).collect();
-    (Grounded { fluents, operators, start, goal: Vec::new() }, meant)
+    (Grounded { fluents, operators, start, goal: Vec::new(), warnings: Vec::new() }, meant)
 }
 
 impl Decider for GoalSetPlanner {
