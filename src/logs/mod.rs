@@ -1,5 +1,7 @@
-//! Logs of robots as others write them: bags of messages, and what may be said of their topics, frames and datasets.
+//! Logs of robots as others write them: bags of messages, arrays, and what may be said of their topics, frames and datasets.
 
+#[cfg(feature = "hdf5")]
+pub(crate) mod arrays;
 #[cfg(feature = "mcap")]
 pub(crate) mod bag;
 #[cfg(feature = "mcap")]

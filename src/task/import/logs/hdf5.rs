@@ -3,12 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_pure::{DType, File, Group};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::arrays::{Form, Layout, guess, orientation, words};
 use super::sink::fault;
-use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits};
+use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions, words};
+use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits, unit};
 use crate::robot::Pose;
+use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
+use crate::task::import::columns::{Field, recognise};
+use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
 use crate::task::import::streams::{Reading, Signal, Streams};
 
 /// Greatest number of groups and datasets, and of groups in groups.
@@ -125,6 +129,47 @@ fn natural(name: &str) -> (String, u64) {
     (stem.to_owned(), name[stem.len()..].parse().unwrap_or(0))
 }
 
+/// Returns what a dataset with one number for each row holds, as a column of its name would.
+fn flat(name: &str) -> Option<Flat> {
+    match recognise(name)?.field {
+        Field::Time => Some(Flat::Time),
+        Field::Width => Some(Flat::Width),
+        Field::Grasp => Some(Flat::Grasp),
+        _ => None,
+    }
+}
+
+/// Returns the orientation that four, three or nine numbers are.
+///
+/// # Errors
+/// What is wrong, in words.
+fn orientation(values: &[f64], mapping: &Mapping) -> Result<[f64; 4], String> {
+    match *values {
+        [a, b, c, d] => unit(match mapping.quaternion {
+            Some(QuaternionOrder::Wxyz) => [b, c, d, a],
+            _ => [a, b, c, d],
+        }),
+        [a, b, c] => {
+            let scale = if mapping.angle == Some(Angle::Degree) { 1f64.to_radians() } else { 1.0 };
+            let [a, b, c] = [a, b, c].map(|v| v * scale);
+            Ok(quaternion_array(&match mapping.rotation {
+                Some(Rotation::Euler) => UnitQuaternion::from_euler_angles(a, b, c),
+                _ => UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)),
+            }))
+        }
+        _ => {
+            let matrix = Matrix3::from_row_slice(values.get(..9).unwrap_or(&[0.0; 9]));
+            if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
+                && matrix.determinant() > 0.0)
+            {
+                return Err("the nine numbers are not a rotation".into());
+            }
+            let turn = Rotation3::from_matrix_unchecked(matrix);
+            Ok(quaternion_array(&UnitQuaternion::from_rotation_matrix(&turn)))
+        }
+    }
+}
+
 impl Arrays<'_> {
     /// Returns the sessions whose groups fit a pattern, by the numbers in their names.
     fn places(&self, pattern: &str) -> Vec<Place> {
@@ -151,7 +196,7 @@ impl Arrays<'_> {
 
     /// Finds what the datasets hold by their names and shapes.
     fn guessed(&self, into: &mut Streams) -> Result<DatasetMap, InputFault> {
-        let group = super::arrays::sessions(self.shapes.keys());
+        let group = sessions(self.shapes.keys());
         let mut map = DatasetMap { group: group.clone(), ..DatasetMap::default() };
         for place in self.places(&group) {
             let prefix = if place.group.is_empty() { String::new() } else { place.group + "/" };
@@ -161,7 +206,7 @@ impl Arrays<'_> {
                 .filter_map(|(path, shape)| Some((path.strip_prefix(&prefix)?, shape.as_slice())));
             let own: BTreeMap<&str, &[u64]> =
                 own.filter(|(path, _)| !into.mapping.ignores(path)).collect();
-            guess(&own, &mut map);
+            guess(&own, &mut map, flat);
         }
         if map.objects.is_empty() {
             let known: Vec<String> =
@@ -362,6 +407,9 @@ impl Arrays<'_> {
                 Some((path, size, values))
             }
         };
+        if let Some((_, 3, _)) = turns {
+            into.rotations.push(into.mapping.rotation.unwrap_or(Rotation::Vector));
+        }
         let count = layout.objects;
         if count > 1_000 {
             let problem = format!("it has {count} objects");
@@ -424,9 +472,7 @@ impl Arrays<'_> {
             let plain: Vec<String> = path
                 .split('/')
                 .map(|name| match natural(name) {
-                    (stem, _) if stem.len() < name.len() && super::arrays::is_session(name) => {
-                        stem + "*"
-                    }
+                    (stem, _) if stem.len() < name.len() && is_session(name) => stem + "*",
                     _ => name.to_owned(),
                 })
                 .collect();

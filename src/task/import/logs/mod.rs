@@ -1,7 +1,5 @@
 //! Logs that are not tables of text, each told by its first bytes: messages of robots (MCAP) and arrays (HDF5).
 
-#[cfg(feature = "hdf5")]
-mod arrays;
 #[cfg(feature = "mcap")]
 mod feed;
 mod found;

@@ -2,22 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use super::maps::{DatasetMap, PoseDatasets};
 
-use crate::logs::{DatasetMap, PoseDatasets, unit};
-use crate::robot::pose::quaternion_array;
-use crate::task::import::columns::{Field, recognise};
-use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
+/// What a dataset with one number for each row holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flat {
+    Time,
+    Width,
+    Grasp,
+}
 
 /// Returns an error in one line.
-pub(super) fn words(error: &hdf5_pure::Error) -> String {
+pub(crate) fn words(error: &hdf5_pure::Error) -> String {
     let text = error.to_string();
     text.lines().map(str::trim).collect::<Vec<_>>().join(" ").chars().take(200).collect()
 }
 
 /// What the numbers of a pose are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(crate) enum Form {
     /// A position.
     Place,
     /// A position and a quaternion.
@@ -43,7 +46,7 @@ impl Form {
 
 /// How a row of a dataset holds poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     pub form: Form,
     /// Number of objects.
     pub objects: usize,
@@ -80,37 +83,6 @@ impl Layout {
     }
 }
 
-/// Returns the orientation that four, three or nine numbers are.
-///
-/// # Errors
-/// What is wrong, in words.
-pub(super) fn orientation(values: &[f64], mapping: &Mapping) -> Result<[f64; 4], String> {
-    match *values {
-        [a, b, c, d] => unit(match mapping.quaternion {
-            Some(QuaternionOrder::Wxyz) => [b, c, d, a],
-            _ => [a, b, c, d],
-        }),
-        [a, b, c] => {
-            let scale = if mapping.angle == Some(Angle::Degree) { 1f64.to_radians() } else { 1.0 };
-            let [a, b, c] = [a, b, c].map(|v| v * scale);
-            Ok(quaternion_array(&match mapping.rotation {
-                Some(Rotation::Euler) => UnitQuaternion::from_euler_angles(a, b, c),
-                _ => UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)),
-            }))
-        }
-        _ => {
-            let matrix = Matrix3::from_row_slice(values.get(..9).unwrap_or(&[0.0; 9]));
-            if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
-                && matrix.determinant() > 0.0)
-            {
-                return Err("the nine numbers are not a rotation".into());
-            }
-            let turn = Rotation3::from_matrix_unchecked(matrix);
-            Ok(quaternion_array(&UnitQuaternion::from_rotation_matrix(&turn)))
-        }
-    }
-}
-
 /// Words of groups that are sessions, before a number.
 const SESSIONS: [&str; 11] = [
     "demo",
@@ -127,14 +99,14 @@ const SESSIONS: [&str; 11] = [
 ];
 
 /// Returns whether a group is named as a session is.
-pub(super) fn is_session(name: &str) -> bool {
+pub(crate) fn is_session(name: &str) -> bool {
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let word = stem.trim_end_matches(['_', '-']).to_lowercase();
     stem.len() < name.len() && SESSIONS.contains(&word.as_str())
 }
 
 /// Returns the pattern of the groups that are sessions; empty if the file is one session.
-pub(super) fn sessions<'p>(paths: impl Iterator<Item = &'p String>) -> String {
+pub(crate) fn sessions<'p>(paths: impl Iterator<Item = &'p String>) -> String {
     for path in paths {
         let Some((groups, _)) = path.rsplit_once('/') else { continue };
         let mut before = String::new();
@@ -191,22 +163,25 @@ fn ending<'p>(path: &'p str, endings: &[&str]) -> Option<&'p str> {
     endings.contains(&last.to_lowercase().as_str()).then_some(stem)
 }
 
-/// Adds what the datasets of a session hold to a mapping.
-pub(super) fn guess(datasets: &BTreeMap<&str, &[u64]>, map: &mut DatasetMap) {
+/// Adds what the datasets of a session hold to a mapping. `flat` says what one with a number for each row holds, by the
+/// last name of its path.
+pub(crate) fn guess(
+    datasets: &BTreeMap<&str, &[u64]>,
+    map: &mut DatasetMap,
+    flat: impl Fn(&str) -> Option<Flat>,
+) {
     for (path, shape) in datasets {
         let last = path.rsplit('/').next().unwrap_or(path);
         let other = parts(path).any(|word| OTHERS.contains(&word.to_lowercase().as_str()));
-        let flat = matches!(shape, [_] | [_, 1]);
         let lower = path.to_lowercase();
         let copied = parts(path).next() == Some("next");
-        if flat && !copied {
+        if matches!(shape, [_] | [_, 1]) && !copied {
             // Arrays have names in the plural, too.
-            let column = recognise(last).or_else(|| recognise(last.strip_suffix('s')?));
-            match column.map(|column| column.field) {
-                Some(Field::Time) => drop(map.time.get_or_insert((*path).to_owned())),
-                Some(Field::Width) => drop(map.width.get_or_insert((*path).to_owned())),
-                Some(Field::Grasp) => drop(map.grasp.get_or_insert((*path).to_owned())),
-                _ => {}
+            match flat(last).or_else(|| flat(last.strip_suffix('s')?)) {
+                Some(Flat::Time) => drop(map.time.get_or_insert((*path).to_owned())),
+                Some(Flat::Width) => drop(map.width.get_or_insert((*path).to_owned())),
+                Some(Flat::Grasp) => drop(map.grasp.get_or_insert((*path).to_owned())),
+                None => {}
             }
         }
         let fingers = matches!(shape, [_] | [_, 1..=6]) && lower.contains("gripper");
@@ -265,7 +240,7 @@ mod tests {
         .into_iter()
         .collect();
         let mut map = DatasetMap::default();
-        guess(&datasets, &mut map);
+        guess(&datasets, &mut map, |_| None);
         let ids: Vec<&str> = map.objects.keys().map(String::as_str).collect();
         assert_eq!(ids, ["cube", "lid", "pegs_*", "robot0_eef"]);
         assert_eq!(map.objects["cube"].rotation.as_deref(), Some("obs/cube_quat"));
@@ -273,7 +248,7 @@ mod tests {
         let times: BTreeMap<&str, &[u64]> =
             [("a/cup_pose", &[9, 7][..]), ("timestamps", &[9])].into_iter().collect();
         let mut map = DatasetMap::default();
-        guess(&times, &mut map);
+        guess(&times, &mut map, |name| (name == "timestamp").then_some(Flat::Time));
         assert_eq!((map.time.as_deref(), map.objects.len()), (Some("timestamps"), 1));
         for (path, pattern) in [
             ("data/demo_0/obs/a", "data/demo_*"),
