@@ -185,6 +185,65 @@ fn datasets_that_the_mapping_names_are_read_in_its_units() {
 }
 
 #[test]
+fn groups_of_the_same_name_in_several_files_are_several_sessions() {
+    let bytes = robomimic(2, false);
+    let rate = r#", "rate_hz": 20"#;
+    let names = |mapping: &str, files: &[(&str, &[u8])]| {
+        let found = import(mapping, files).expect("imported");
+        assert_eq!(found.moments.len(), 2 * found.sessions.len());
+        found.sessions.iter().map(|session| session.name.clone()).collect::<Vec<_>>()
+    };
+    let both: [(&str, &[u8]); 2] = [("runs/a.hdf5", &bytes), ("runs/b.hdf5", &bytes)];
+    let expected = ["a/demo_0", "a/demo_1", "b/demo_0", "b/demo_1"];
+    assert_eq!(names(rate, &both), expected);
+    let pattern = format!(r#"{rate}, "sessions": "{{session}}.hdf5""#);
+    assert_eq!(names(&pattern, &both), expected);
+    assert_eq!(names(rate, &both[..1]), ["demo_0", "demo_1"]);
+    // A column of the session is one of tables.
+    let asked = format!(r#"{rate}, "session": "trial""#);
+    let refused = refused(&asked, &bytes);
+    assert!(
+        refused.contains("field `trial`: no table has such a column")
+            && refused.ends_with("of bags and arrays, files and groups are sessions"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn three_numbers_of_arrays_are_a_rotation_vector_beside_tables_too() {
+    // The cube turned about z, and a table whose columns are called angles.
+    let rows = scene(0);
+    let n = ROWS as u64;
+    let mut file = FileBuilder::new();
+    let times: Vec<f64> = (0..ROWS).map(|tick| tick as f64 / RATE).collect();
+    file.create_dataset("time").with_f64_data(&times);
+    let places: Vec<f64> = rows.iter().flat_map(|row| row.0[..3].to_vec()).collect();
+    file.create_dataset("cube_pos").with_f64_data(&places).with_shape(&[n, 3]);
+    let turns = [0.5, 0.6, 0.7].into_iter().cycle().take(3 * ROWS);
+    file.create_dataset("cube_rot").with_f64_data(&turns.collect::<Vec<f64>>()).with_shape(&[n, 3]);
+    let arrays = file.finish().expect("a file");
+    let table: String = times.iter().map(|t| format!("{t},0.9,0.4,0.3,0.1,0.2,0.3\n")).collect();
+    let table =
+        "time,shelf.x,shelf.y,shelf.z,shelf.roll,shelf.pitch,shelf.yaw\n".to_owned() + &table;
+    let files: [(&str, &[u8]); 2] =
+        [("take/objects.h5", &arrays), ("take/parts.csv", table.as_bytes())];
+    let found = import("", &files).expect("imported");
+    assert_eq!((found.sessions.len(), &*found.sessions[0].name), (1, "take"));
+    let turn = found.sessions[0].parts[0].tracks.iter().find(|track| &*track.id == "cube");
+    let [x, y, z, w] = turn.expect("a cube").samples[0].orientation;
+    let angle = (0.25f64 + 0.36 + 0.49).sqrt();
+    let s = (angle / 2.0).sin() / angle;
+    for (one, other) in [(x, 0.5 * s), (y, 0.6 * s), (z, 0.7 * s), (w, (angle / 2.0).cos())] {
+        assert!((one - other).abs() < 1e-9, "{one} {other}");
+    }
+    let mut streams = Streams::new(found.mapping.clone());
+    for (name, bytes) in files {
+        streams.add(name, bytes).expect("added");
+    }
+    assert_eq!(text(&streams.finish().expect("finished").import()), text(&found));
+}
+
+#[test]
 fn faults_of_arrays_name_the_dataset_and_the_row() {
     let bytes = robomimic(2, false);
     let rate = r#", "rate_hz": 20"#;

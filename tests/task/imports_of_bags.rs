@@ -207,6 +207,40 @@ fn a_bag_with_another_pose_gives_another_recording() {
     assert_ne!(text(&own), text(&other));
 }
 
+#[test]
+fn a_bag_and_a_table_in_other_units_are_one_session() {
+    // The hand in the bag, in metres; the objects in the table, in millimetres that nobody names.
+    let rows = rows(1, Shown::Hand, 30.0);
+    let (hand, objects): (Vec<Row>, Vec<Row>) = rows.into_iter().partition(|row| row.id == "hand");
+    let whole: Vec<Row> = hand.iter().chain(&objects).cloned().collect();
+    let table: String = objects
+        .iter()
+        .map(|row| {
+            let [x, y, z, rest @ ..] = row.pose;
+            let rest = rest.map(|v| v.to_string()).join(",");
+            let [x, y, z] = [x, y, z].map(|v| v * 1e3);
+            format!("{},{},{x},{y},{z},{rest}\n", row.t as f64 / 1e9, row.id)
+        })
+        .collect();
+    let table = "time,id,x,y,z,qx,qy,qz,qw\n".to_owned() + &table;
+    let bytes = bag(Packing::Plain, &as_poses(&hand));
+    let both: [(&str, &[u8]); 2] = [("a_robot.mcap", &bytes), ("a_objects.csv", table.as_bytes())];
+    let found = import("", &both).expect("imported");
+    assert_eq!((found.sessions.len(), &*found.sessions[0].name), (1, "a"));
+    let alone = import("", &[("a.mcap", &bag(Packing::Plain, &as_poses(&whole)))]);
+    let alone = alone.expect("imported");
+    let events = |found: &Imported| -> Vec<(String, f64)> {
+        found.moments.iter().map(|m| (m.object.to_string(), (m.t * 20.0).round())).collect()
+    };
+    assert!(!found.moments.is_empty());
+    assert_eq!(events(&found), events(&alone));
+    let mut streams = Streams::new(found.mapping.clone());
+    for (name, bytes) in both {
+        streams.add(name, bytes).expect("added");
+    }
+    assert_eq!(text(&streams.finish().expect("finished").import()), text(&found));
+}
+
 fn numbers(pose: &Isometry3<f64>) -> Numbers {
     let (at, q) = (pose.translation, pose.rotation);
     [at.x, at.y, at.z, q.i, q.j, q.k, q.w]

@@ -131,7 +131,8 @@ impl Streams {
         if let (Some(name), None) = (&self.mapping.session, &self.session) {
             let file = self.sources.first().map_or("", |source| &source.file);
             let problem = "no table has such a column of the session".to_owned();
-            return Err(fault(file, name, problem, "a column of one of the tables"));
+            let expected = "a column of a table; of bags and arrays, files and groups are sessions";
+            return Err(fault(file, name, problem, expected));
         }
         self.mapping.session = self.session.take();
         let lengths = self.lengths()?;
@@ -284,7 +285,11 @@ impl Streams {
         if let (Some(length), Some(size)) = (length, size) {
             let reason = format!("the greatest coordinate is {size:.3}");
             self.guess("length", length.name(), reason);
-            self.mapping.length.get_or_insert(length);
+            // The mapping says what is true of all files.
+            set_if_one(
+                &mut self.mapping.length,
+                std::iter::once(length).chain(self.sources.iter().filter_map(|s| s.length)),
+            );
         }
         let own = |source: &Source| source.length.or(length).unwrap_or(Length::Metre);
         Ok(self.sources.iter().map(own).collect())
