@@ -57,15 +57,15 @@ items!(Phase: Stuck, Signal: Stalled);
 impl Timed for Phase {
     fn millis(self) -> f64 {
         match self {
-            Next | Step => 7.0,
-            Start => 10.0,
-            Veto => 9.0,
-            Back | Wave => 12.0,
-            Begin | Settle => 15.0,
-            Write => 18.0,
-            Read | Fetch => 26.0,
-            Check => 22.0,
-            Race | Show | Done | Stuck => 60.0,
+            Next | Step => 5.6,
+            Start => 8.0,
+            Veto => 7.2,
+            Back | Wave => 9.6,
+            Begin | Settle => 12.0,
+            Write => 14.4,
+            Read | Fetch => 20.8,
+            Check => 17.6,
+            Race | Show | Done | Stuck => 48.0,
         }
     }
 }

@@ -12,8 +12,8 @@ use crate::spa::Linear;
 const LEVEL: Real = 0.35;
 /// Bias of a unit that responds to two inputs together. An active input is 1 to 1.4.
 pub(super) const AND: Real = -1.15;
-/// Synapse of the outputs of units.
-const FAST: Synapse = Synapse::lowpass_ms(4);
+/// Synapse of the outputs of units. With 2 ms, noise in spikes begins searches anew; the times of phases go with it.
+const FAST: Synapse = Synapse::lowpass_ms(3);
 
 /// A weight from one item of a group to one item of another.
 pub(super) type Weight = (usize, usize, Real);
