@@ -323,7 +323,9 @@ fn all_nodes_are_neurons_weights_or_sums() {
         "before",
         "busy",
         "chance",
+        "cost",
         "forgets",
+        "gain",
         "goal",
         "holds",
         "kin",
@@ -338,6 +340,7 @@ fn all_nodes_are_neurons_weights_or_sums() {
         "rivals",
         "slow",
         "synapses",
+        "ticks",
         "urgency",
         "winner_rows",
     ];
