@@ -99,3 +99,23 @@ fn a_list_that_is_not_closed_is_told_with_its_place() {
     assert_eq!(code, Some(2));
     assert!(err.contains("line 1, column 1: this list is not closed"), "{err}");
 }
+
+#[test]
+fn a_planner_that_runs_out_of_time_says_how_far_it_got_and_what_to_try() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/goal_sets/");
+    let [domain, problem] = ["kitchen", "tea"].map(|name| format!("{folder}{name}.pddl"));
+    for (time, words) in [
+        ("0.2", ["no plan found within 0.2 s: ", " dead ends; try a longer `--time`"]),
+        (
+            "0.7",
+            [
+                "no plan carried out within 0.7 s: a plan was found after ",
+                "; try a longer `--time`",
+            ],
+        ),
+    ] {
+        let (code, said, _) = plan(&[&domain, &problem, "--time", time]);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(words.iter().all(|word| said.contains(word)), "{time}: {said}");
+    }
+}

@@ -3,7 +3,7 @@
 #![allow(clippy::expect_used)]
 
 use symbolt::neurons::{LifSpec, Population};
-use symbolt::plan::goal_sets::{Course, Directions, GoalSetSpec, StripsWorld, pursue};
+use symbolt::plan::goal_sets::{Course, Directions, GoalSetSpec, Regression, StripsWorld, pursue};
 use symbolt::plan::strips::{Bodies, Domain, Grounded, Problem, shorten, validate};
 use symbolt::prelude::*;
 
@@ -133,4 +133,35 @@ fn each_search_plans_in_spikes_and_spikes_are_counted() {
     assert!((5_000..500_000).contains(&spikes.spikes), "{spikes:?}");
     assert!(spikes.synaptic_events > spikes.spikes, "{spikes:?}");
     assert_eq!(counted(Population::Direct).spikes, 0);
+}
+
+/// A corridor of so many cells; someone goes from the first to the last.
+fn corridor(cells: usize) -> (String, String) {
+    let domain = "(define (domain corridor) (:predicates (at ?c) (next ?a ?b))
+        (:action go :parameters (?a ?b) :precondition (and (at ?a) (next ?a ?b))
+            :effect (and (at ?b) (not (at ?a)))))";
+    let objects: String = (0..cells).map(|c| format!(" c{c}")).collect();
+    let next: String = (1..cells).map(|c| format!("(next c{} c{c})", c - 1)).collect();
+    let problem = format!(
+        "(define (problem p) (:domain corridor) (:objects{objects}) (:init (at c0) {next}) (:goal (at c{})))",
+        cells - 1
+    );
+    (domain.into(), problem)
+}
+
+#[test]
+fn a_goal_that_costs_more_than_the_clock_counts_is_not_taken_for_one_out_of_reach() {
+    let (domain, problem) = corridor(45);
+    for directions in [Directions::Backward, Directions::Forward, Directions::Both] {
+        let (_, course, valid) = run(&domain, &problem, directions, false, 30);
+        assert!(valid && course.reached, "{directions:?}: {course:?}");
+        assert_eq!((course.plan().count(), course.starts()), (44, 1), "{directions:?}");
+    }
+    let levels = |cells| {
+        let (domain, problem) = corridor(cells);
+        let domain = Domain::parse(domain.as_bytes(), "domain", Bodies::Read).expect("a domain");
+        let problem = Problem::parse(problem.as_bytes(), "problem", &domain).expect("a problem");
+        Regression::new(&Grounded::new(&domain, &problem).expect("a small problem")).levels
+    };
+    assert_eq!([17, 18, 45].map(levels), [16, 32, 32]);
 }

@@ -172,10 +172,7 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
         answer.table(&size)
     };
     out.write(&text)?;
-    Ok(End::Answered(checked.err().map(|fault| {
-        let limit_s = spec.limit.as_micros() as f64 / 1e6;
-        format!("no plan within {limit_s} s: {fault}")
-    })))
+    Ok(End::Answered(checked.err().map(|fault| answer.failure(&spec, &fault.to_string()))))
 }
 
 /// Checks and returns the settings.
@@ -213,6 +210,38 @@ impl Answer<'_> {
         self.begun().next().map(|(begun, _)| begun.ms)
     }
 
+    /// Counts what was searched.
+    fn searched(&self) -> String {
+        let course = self.course;
+        let sets = match course.directions {
+            Directions::Backward => counted(course.goal_sets(), "goal set"),
+            Directions::Forward => counted(course.goal_sets(), "state"),
+            Directions::Both => format!("{} goal sets and states", course.goal_sets()),
+        };
+        format!("{sets}, {}", counted(course.dead_ends(), "dead end"))
+    }
+
+    /// Says how far the planner got within its time, what ran out, and what to try.
+    fn failure(&self, spec: &GoalSetSpec, fault: &str) -> String {
+        let course = self.course;
+        let limit_s = spec.limit.as_micros() as f64 / 1e6;
+        if let Some(planned) = self.planned() {
+            let actions = counted(self.begun().count(), "action");
+            return format!(
+                "no plan carried out within {limit_s} s: a plan was found after {planned} ms, and the time ended after {actions}; {fault}; try a longer `--time`"
+            );
+        }
+        let found = format!("no plan found within {limit_s} s: {}", self.searched());
+        match course.starts() {
+            0 | 1 => format!("{found}; try a longer `--time`"),
+            2 => format!("{found}, begun anew once; try a longer `--time` or more `--slots`"),
+            starts => format!(
+                "{found}, begun anew {} times; try a longer `--time` or more `--slots`",
+                starts - 1
+            ),
+        }
+    }
+
     fn summary(&self, fault: Option<String>, mode: &str, warnings: &[String]) -> Value {
         let course = self.course;
         let actions = self
@@ -245,16 +274,7 @@ impl Answer<'_> {
         let course = self.course;
         let mut text = format!("Problem: {size}\n");
         if let Some(ms) = self.planned() {
-            let steps = match course.directions {
-                Directions::Backward => counted(course.goal_sets(), "goal set"),
-                Directions::Forward => counted(course.goal_sets(), "state"),
-                Directions::Both => format!("{} goal sets and states", course.goal_sets()),
-            };
-            let _ = writeln!(
-                text,
-                "Planned: {ms} ms, {steps}, {}",
-                counted(course.dead_ends(), "dead end")
-            );
+            let _ = writeln!(text, "Planned: {ms} ms, {}", self.searched());
         }
         if self.planned().is_none() && course.reached {
             text.push_str("The goal holds already.\n");
