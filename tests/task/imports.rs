@@ -226,6 +226,16 @@ fn faults_name_the_file_the_line_and_the_column() {
         |text: &str| import("", &[("a.csv", text)]).expect_err("it is refused").to_string();
     let cut = &good[..good.len() - 12];
     assert!(refused(cut).starts_with("a.csv, line 401: the row has"), "{}", refused(cut));
+    // A quote without its end would take in the rows up to the next one, far behind the first rows or not.
+    let mut long: Vec<String> = good.lines().map(str::to_owned).collect();
+    long.extend((0..2_000).map(|row| format!("{},cup_1,0.65,0.1,0.07", 10.05 + 0.05 * f64::from(row))));
+    for line in [2, 1_500] {
+        let mut open = long.clone();
+        open[line - 1] = open[line - 1].replace("cup_1", "\"cup_1");
+        let problem = refused(&(open.join("\n") + "\n"));
+        let expected = format!("a.csv, line {line}: a quoted cell goes on in the next line");
+        assert!(problem.starts_with(&expected), "{problem}");
+    }
     let word = good.replacen("0.5000", "half", 1);
     assert!(
         refused(&word).starts_with("a.csv, line 2, field `x`: it is `half`"),

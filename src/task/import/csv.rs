@@ -43,6 +43,20 @@ pub(super) fn syntax(file: &str, error: &csv::Error) -> InputFault {
     }
 }
 
+/// Refuses a cell with a line break. Most often a quote has no end there, and the cell holds the rows behind it.
+pub(super) fn one_line(file: &str, record: &ByteRecord) -> Result<(), InputFault> {
+    if !record.as_slice().iter().any(|b| matches!(b, b'\n' | b'\r')) {
+        return Ok(());
+    }
+    Err(InputFault {
+        file: file.into(),
+        line: record.position().map(|position| position.line() as usize),
+        field: String::new(),
+        problem: "a quoted cell goes on in the next line".into(),
+        expected: "a quote at the end of each quoted cell, and cells without line breaks".into(),
+    })
+}
+
 impl Text {
     /// Finds out how a table is written from its first lines.
     fn of(
@@ -70,7 +84,9 @@ impl Text {
         };
         let mut looked: Vec<ByteRecord> = Vec::new();
         for record in reader(bytes, delimiter).into_byte_records().take(LOOK) {
-            looked.push(record.map_err(|error| syntax(file, &error))?);
+            let record = record.map_err(|error| syntax(file, &error))?;
+            one_line(file, &record)?;
+            looked.push(record);
         }
         let comma = delimiter != b',' && decimal_comma(&looked);
         if comma {

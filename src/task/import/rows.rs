@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use csv::ByteRecord;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::csv::{LOOK, MOST_ROWS, Text, reader, syntax};
+use super::csv::{LOOK, MOST_ROWS, Text, one_line, reader, syntax};
 use super::layout::{Body, Layout, Turn};
 use super::mapping::{Angle, Rotation, TimeUnit};
 use super::sessions::Home;
@@ -183,6 +183,7 @@ impl Rows<'_> {
             if count <= self.text.rows as u64 {
                 continue;
             }
+            one_line(self.file, &record)?;
             let line = record.position().map_or(0, csv::Position::line);
             let row = Row { file: self.file, line, header };
             if record.len() != header.len() {
