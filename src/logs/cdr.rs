@@ -127,8 +127,9 @@ pub(crate) struct Schema(Vec<Vec<Field>>);
 const MOST_FIELDS: usize = 10_000;
 /// Greatest depth of records in records.
 const DEEPEST: usize = 32;
-/// Greatest number of values in a message.
+/// Greatest number of values and fields in a message, and how many each of its bytes can explain.
 const MOST_VALUES: usize = 4_000_000;
+const VALUES_OF_A_BYTE: usize = 16;
 /// A list of more plain numbers is not used.
 const LONGEST: usize = 4_096;
 
@@ -283,7 +284,8 @@ pub(crate) fn decode<'a>(
         }
         (Form::Cdr, _) => return Err(format!("has {} bytes", bytes.len())),
     };
-    let mut reader = Reader { bytes: body, at: 0, little, widest, form, values: MOST_VALUES };
+    let values = MOST_VALUES.min(bytes.len().saturating_mul(VALUES_OF_A_BYTE) + 1_000);
+    let mut reader = Reader { bytes: body, at: 0, little, widest, form, values };
     reader.record(schema, 0, 0).map_err(|(path, problem)| {
         let inside = if path.is_empty() { String::new() } else { format!(" in `{path}`") };
         format!("{problem}{inside}")
@@ -337,11 +339,15 @@ impl<'a> Reader<'a> {
         Ok(length)
     }
 
+    /// Counts a value or a field: many may take no bytes at all.
+    fn charge(&mut self) -> Result<(), Fault> {
+        let more = || (String::new(), "has more values than its bytes explain".to_owned());
+        self.values = self.values.checked_sub(1).ok_or_else(more)?;
+        Ok(())
+    }
+
     fn value(&mut self, schema: &'a Schema, of: Type, depth: usize) -> Result<Value<'a>, Fault> {
-        self.values = self
-            .values
-            .checked_sub(1)
-            .ok_or_else(|| (String::new(), "has more than 4 million values".to_owned()))?;
+        self.charge()?;
         Ok(match of {
             Type::Plain(plain) => Value::Number(self.plain(plain)?),
             Type::Text => {
@@ -388,6 +394,7 @@ impl<'a> Reader<'a> {
         field: &Field,
         depth: usize,
     ) -> Result<Value<'a>, Fault> {
+        self.charge()?;
         let count = match field.count {
             Count::One => return self.value(schema, field.of, depth),
             Count::Fixed(count) => count,

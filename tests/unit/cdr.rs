@@ -108,6 +108,12 @@ fn what_is_no_message_is_refused_in_words() {
     assert!(decode(&empty, Form::Cdr, &[0, 1, 0, 0, 2, 0, 0, 0, 9, 9]).is_ok());
     assert!(decode(&long, Form::Cdr, &[0, 3, 0, 0]).expect_err("another").contains("0x0003"));
     assert!(decode(&long, Form::Cdr, &[0]).is_err());
+    // Records without bytes, each with many fields without bytes.
+    let fields: String = (0..1_000).map(|field| format!("float64[0] f{field}\n")).collect();
+    let nothing = parse(&format!("Nothing[1000000] x\n===\nMSG: a/Nothing\n{fields}"));
+    let nothing = nothing.expect("it is a schema");
+    let problem = decode(&nothing, Form::Ros1, &[0; 100]).expect_err("it is refused");
+    assert!(problem.starts_with("has more values than its bytes explain in `x[2]"), "{problem}");
     // ROS 1 has no padding and no zero behind texts.
     let old = parse("uint8 a\ntime t\nstring s").expect("it is a schema");
     let bytes = [1, 2, 0, 0, 0, 3, 0, 0, 0, 1, 0, 0, 0, b'z'];
