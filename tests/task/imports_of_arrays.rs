@@ -300,6 +300,15 @@ fn faults_of_arrays_name_the_dataset_and_the_row() {
         "{problem}"
     );
     let mut file = FileBuilder::new();
+    file.create_dataset("cup_pos")
+        .with_f64_data(&[0.5; 3 * 64])
+        .with_shape(&[64, 3])
+        .with_maxshape(&[u64::MAX, 3])
+        .with_chunks(&[1 << 20, 3])
+        .with_deflate(4);
+    let large = refused(rate, &file.finish().expect("a file"));
+    assert!(large.contains("field `cup_pos`: its chunks have the shape [1048576, 3]"), "{large}");
+    let mut file = FileBuilder::new();
     file.create_dataset("a").with_f64_data(&[1.0, 2.0]);
     let nothing = file.finish().expect("a file");
     assert!(refused(rate, &nothing).contains("no positions are recognised among a [2]"));

@@ -269,6 +269,14 @@ impl Arrays<'_> {
             refuse(format!("it cannot be read: {}", words(&error)), "numbers, in whole chunks")
         };
         let dataset = self.hdf5.dataset(path).map_err(broken)?;
+        // A chunk is opened whole, however little of it the dataset has.
+        if let Some(chunk) = dataset.chunk_shape().map_err(broken)? {
+            let count = chunk.iter().try_fold(1u64, |product, size| product.checked_mul(*size));
+            if count.is_none_or(|count| count > self.left) {
+                let problem = format!("its chunks have the shape {chunk:?}");
+                return Err(refuse(problem, "chunks of as many numbers as the file can hold"));
+            }
+        }
         let values = match dataset.dtype().map_err(broken)? {
             // Flags of Python are an enumeration of bytes.
             DType::Enum(_) if dataset.element_size().map_err(broken)? == 1 => {
