@@ -243,6 +243,38 @@ fn three_numbers_of_arrays_are_a_rotation_vector_beside_tables_too() {
     assert_eq!(text(&streams.finish().expect("finished").import()), text(&found));
 }
 
+/// Positions and rotations of three numbers in two sessions, and of none in a third.
+fn turned(greatest: [f64; 3]) -> Vec<u8> {
+    let mut file = FileBuilder::new();
+    for (demo, greatest) in greatest.into_iter().enumerate() {
+        let mut group = file.create_group(&format!("demo_{demo}"));
+        let places: Vec<f64> = scene(demo).iter().flat_map(|row| row.0[..3].to_vec()).collect();
+        let n = ROWS as u64;
+        group.create_dataset("cube_pos").with_f64_data(&places).with_shape(&[n, 3]);
+        let turns: Vec<f64> = [0.0, 0.0, greatest].into_iter().cycle().take(3 * ROWS).collect();
+        group.create_dataset("cube_rot").with_f64_data(&turns).with_shape(&[n, 3]);
+        file.add_group(group.finish());
+    }
+    file.finish().expect("a file")
+}
+
+#[test]
+fn the_unit_of_three_numbers_of_arrays_is_guessed_and_said() {
+    let rate = r#", "rate_hz": 20"#;
+    let found = import(rate, &[("a.hdf5", &turned([90.0, 0.0, 60.0]))]).expect("imported");
+    let said = |what: &str| found.guesses.iter().find(|g| g.what == what).map(|g| &*g.value);
+    assert_eq!((said("angle"), said("rotation")), (Some("deg"), Some("vector")));
+    let turn = found.sessions[0].parts[0].tracks[0].samples[0].orientation;
+    assert!((turn[2] - 0.5f64.sqrt()).abs() < 1e-9, "{turn:?}");
+    let problem = refused(rate, &turned([90.0, 0.0, 3.0]));
+    assert!(
+        problem.contains("field `demo_2/cube_rot`: its greatest angle is 3.0, so that it seems to be in rad, and `demo_0/cube_rot` in deg; expected `angle`"),
+        "{problem}"
+    );
+    let given = format!(r#"{rate}, "angle": "deg""#);
+    assert!(import(&given, &[("a.hdf5", &turned([90.0, 0.0, 3.0]))]).is_ok());
+}
+
 #[test]
 fn faults_of_arrays_name_the_dataset_and_the_row() {
     let bytes = robomimic(2, false);

@@ -349,6 +349,13 @@ impl Streams {
     }
 }
 
+/// Returns the unit that angles have by the greatest of them, and that one.
+pub(super) fn angle_of(angles: impl IntoIterator<Item = f64>) -> (Angle, f64) {
+    let angles = angles.into_iter().filter(|angle| angle.is_finite());
+    let greatest = angles.fold(0.0f64, |most, angle| most.max(angle.abs()));
+    (if greatest > 6.4 { Angle::Degree } else { Angle::Radian }, greatest)
+}
+
 /// Guesses the unit of angles from the greatest one.
 fn guess_angle(
     bytes: &[u8],
@@ -366,17 +373,16 @@ fn guess_angle(
     if three.is_empty() {
         return Ok(Angle::Radian);
     }
-    let mut greatest = 0.0f64;
+    let mut angles = Vec::new();
     for record in reader(bytes, text.delimiter).into_byte_records().skip(text.rows).take(LOOK) {
         let record = record.map_err(|error| syntax(file, &error))?;
         let line = record.position().map_or(0, csv::Position::line);
         let row = Row { file, line, header: &text.header };
         for column in &three {
-            greatest =
-                greatest.max(number(&record, *column, text.comma, &row)?.unwrap_or(0.0).abs());
+            angles.extend(number(&record, *column, text.comma, &row)?);
         }
     }
-    let angle = if greatest > 6.4 { Angle::Degree } else { Angle::Radian };
+    let (angle, greatest) = angle_of(angles);
     let reason = format!("the greatest angle of the first rows is {greatest:.1}");
     guesses.push(Guess {
         what: "angle".into(),

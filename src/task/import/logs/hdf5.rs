@@ -12,6 +12,7 @@ use crate::robot::Pose;
 use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
+use crate::task::import::csv::angle_of;
 use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
 use crate::task::import::streams::{Reading, Signal, Streams};
 
@@ -33,6 +34,8 @@ struct Arrays<'a> {
     shapes: BTreeMap<String, Vec<u64>>,
     /// Numbers that may still be read.
     left: u64,
+    /// The unit of angles that was guessed, and the dataset that tells it.
+    angle: Option<(Angle, String)>,
 }
 
 /// A session: the group in which its datasets are, and its name.
@@ -60,7 +63,7 @@ impl Streams {
             return Err(fault(file, "", problem, "at most 100,000"));
         }
         let left = MOST_NUMBERS.min((bytes.len() as u64).saturating_mul(DENSEST));
-        let mut arrays = Arrays { file, hdf5, shapes, left };
+        let mut arrays = Arrays { file, hdf5, shapes, left, angle: None };
         let maps = match self.mapping.datasets.is_empty() {
             false => self.mapping.datasets.clone(),
             true => {
@@ -143,14 +146,14 @@ fn flat(name: &str) -> Option<Flat> {
 ///
 /// # Errors
 /// What is wrong, in words.
-fn orientation(values: &[f64], mapping: &Mapping) -> Result<[f64; 4], String> {
+fn orientation(values: &[f64], mapping: &Mapping, angle: Angle) -> Result<[f64; 4], String> {
     match *values {
         [a, b, c, d] => unit(match mapping.quaternion {
             Some(QuaternionOrder::Wxyz) => [b, c, d, a],
             _ => [a, b, c, d],
         }),
         [a, b, c] => {
-            let scale = if mapping.angle == Some(Angle::Degree) { 1f64.to_radians() } else { 1.0 };
+            let scale = if angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
             let [a, b, c] = [a, b, c].map(|v| v * scale);
             Ok(quaternion_array(&match mapping.rotation {
                 Some(Rotation::Euler) => UnitQuaternion::from_euler_angles(a, b, c),
@@ -384,6 +387,44 @@ impl Arrays<'_> {
         Ok(())
     }
 
+    /// Says how the three numbers of rotations are read, and returns their unit.
+    fn three(
+        &mut self,
+        into: &mut Streams,
+        path: &str,
+        values: &[f64],
+    ) -> Result<Angle, InputFault> {
+        let rotation = into.mapping.rotation.unwrap_or(Rotation::Vector);
+        into.rotations.push(rotation);
+        if into.mapping.rotation.is_none() {
+            let reason = "rotations have three numbers; `rotation` says otherwise".to_owned();
+            into.suppose(self.file, "rotation", rotation.name(), reason);
+        }
+        if let Some(angle) = into.mapping.angle {
+            return Ok(angle);
+        }
+        let (angle, greatest) = angle_of(values.iter().copied());
+        match &self.angle {
+            _ if greatest == 0.0 => {}
+            None => {
+                let reason = format!("the greatest angle of {path} is {greatest:.1}");
+                into.suppose(self.file, "angle", angle.name(), reason);
+                self.angle = Some((angle, path.to_owned()));
+            }
+            Some((known, other)) if *known != angle => {
+                let problem = format!(
+                    "its greatest angle is {greatest:.1}, so that it seems to be in {}, and `{other}` in {}",
+                    angle.name(),
+                    known.name()
+                );
+                let expected = "`angle` in the mapping, or --angle rad or deg";
+                return Err(fault(self.file, path, problem, expected));
+            }
+            Some(_) => {}
+        }
+        Ok(angle)
+    }
+
     /// Puts the poses of an object, or of several, into their tracks.
     fn object(
         &mut self,
@@ -415,9 +456,10 @@ impl Arrays<'_> {
                 Some((path, size, values))
             }
         };
-        if let Some((_, 3, _)) = turns {
-            into.rotations.push(into.mapping.rotation.unwrap_or(Rotation::Vector));
-        }
+        let angle = match &turns {
+            Some((path, 3, values)) => self.three(into, path, values)?,
+            _ => Angle::Radian,
+        };
         let count = layout.objects;
         if count > 1_000 {
             let problem = format!("it has {count} objects");
@@ -461,7 +503,7 @@ impl Arrays<'_> {
                 let seen = turn.iter().all(|v| v.is_finite()) && !turn.is_empty();
                 let orientation = match seen {
                     false => UNSEEN,
-                    true => orientation(&turn, &into.mapping).map_err(|problem| {
+                    true => orientation(&turn, &into.mapping, angle).map_err(|problem| {
                         let problem = format!("row {row}: {problem}");
                         fault(self.file, field, problem, "a rotation in each row")
                     })?,
