@@ -30,6 +30,24 @@ pub(crate) enum Form {
 }
 
 impl Form {
+    /// Refuses a matrix whose last row is none of a pose.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn check(self, values: &[f64]) -> Result<(), String> {
+        let row: Vec<f64> = values.iter().skip(12).copied().collect();
+        let unlike = |(own, wanted): (&f64, f64)| (own - wanted).abs() > 0.01;
+        if self != Self::Matrix || !row.iter().zip([0.0, 0.0, 0.0, 1.0]).any(unlike) {
+            return Ok(());
+        }
+        let column = [3, 7, 11].iter().filter_map(|at| values.get(*at));
+        let looks = match column.clone().all(|value| value.abs() < 0.01) {
+            true => ", so that it looks transposed",
+            false => "",
+        };
+        Err(format!("the last row of the matrix is {row:?}{looks}"))
+    }
+
     /// Returns the position, and the numbers of the orientation.
     pub fn split(self, values: &[f64]) -> ([f64; 3], Vec<f64>) {
         let at = |places: [usize; 3]| places.map(|at| values.get(at).copied().unwrap_or(f64::NAN));

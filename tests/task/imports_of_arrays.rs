@@ -315,6 +315,17 @@ fn faults_of_arrays_name_the_dataset_and_the_row() {
             assert!(problem.contains(expected), "{problem}");
         }
     }
+    let mut file = FileBuilder::new();
+    let transposed =
+        [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.2, 0.1, 0.5, 1.0];
+    let n = ROWS as u64;
+    let values: Vec<f64> = transposed.into_iter().cycle().take(16 * ROWS).collect();
+    file.create_dataset("cup_pose").with_f64_data(&values).with_shape(&[n, 4, 4]);
+    let problem = refused(rate, &file.finish().expect("a file"));
+    assert!(
+        problem.contains("field `cup_pose`: row 0: the last row of the matrix is [0.2, 0.1, 0.5, 1.0], so that it looks transposed"),
+        "{problem}"
+    );
     let short = lab(100);
     let problem = refused(LAB, &short);
     assert!(

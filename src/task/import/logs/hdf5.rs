@@ -493,6 +493,11 @@ impl Arrays<'_> {
                     into.drop_one("pose that is not a number");
                     continue;
                 }
+                layout.form.check(values).map_err(|problem| {
+                    let problem = format!("row {row}: {problem}");
+                    let expected = "the last row 0, 0, 0, 1, and the position in the last column";
+                    fault(self.file, &own.position, problem, expected)
+                })?;
                 let (field, turn) = match &turns {
                     None => (&own.position, inner),
                     Some((path, size, values)) => {
