@@ -29,6 +29,25 @@ const MOST_POSES: u64 = 20_000_000;
 /// Number of messages of which the clocks are compared.
 const LOOK: usize = 10_000;
 
+/// Time since 1970, in nanoseconds, before which a clock began with the log.
+const SMALL: i64 = 86_400_000_000_000;
+
+/// The stamps of a topic.
+#[derive(Default)]
+struct Stamps {
+    /// The first that is not zero.
+    first: Option<i64>,
+    /// Places, among the items or in the signal, of what was stamped zero before that one.
+    zeros: Vec<usize>,
+}
+
+impl Stamps {
+    /// Returns whether the clock began with the log, so that zero is a time.
+    fn small(&self) -> bool {
+        self.first.is_some_and(|first| first < SMALL)
+    }
+}
+
 /// How the messages of a channel are read.
 #[derive(Clone)]
 enum Coding {
@@ -57,6 +76,7 @@ pub(crate) struct Bag {
     schemas: HashMap<u16, (String, String, Vec<u8>)>,
     parsed: HashMap<u16, Arc<Schema>>,
     channels: HashMap<u16, Channel>,
+    stamps: HashMap<usize, Stamps>,
     bytes: u64,
     values: u64,
 }
@@ -186,6 +206,7 @@ impl Bag {
             schemas: HashMap::new(),
             parsed: HashMap::new(),
             channels: HashMap::new(),
+            stamps: HashMap::new(),
             bytes: 0,
             values: 0,
         };
@@ -196,6 +217,15 @@ impl Bag {
         let ended = records(bytes.get(start..).unwrap_or_default(), Some(start), &mut visit)?;
         if !ended {
             return Err(cut("it has no end"));
+        }
+        for (topic, stamps) in std::mem::take(&mut bag.stamps) {
+            let topic = &mut bag.topics[topic];
+            for at in stamps.zeros.iter().filter(|_| stamps.small()) {
+                match topic.meaning {
+                    Some(Take::Poses) => bag.items[*at].t = 0,
+                    _ => topic.signal[*at].0 = 0,
+                }
+            }
         }
         Ok(bag)
     }
@@ -352,7 +382,13 @@ impl Bag {
         let fixed = topic.fixed;
         let mut readings = Vec::new();
         read(shape, &value, &joint, &mut |stamp, reading| readings.push((stamp, reading)));
+        let stamps = self.stamps.entry(at).or_default();
+        let stamped = readings.iter().filter_map(|(stamp, _)| *stamp).find(|stamp| *stamp != 0);
+        stamps.first = stamps.first.or(stamped);
         for (stamp, reading) in readings {
+            // A stamp of zero is none, unless the clock of the topic began with the log.
+            let zero = stamp == Some(0);
+            let stamp = stamp.filter(|_| !zero || stamps.small());
             if let Some(stamp) = stamp
                 && self.ahead.len() < LOOK
                 && !fixed
@@ -362,6 +398,7 @@ impl Bag {
             let topic = &mut self.topics[at];
             topic.stamped |= stamp.is_some();
             let t = stamp.unwrap_or(log_time);
+            let places = [self.items.len(), topic.signal.len()];
             let turned = |pose: Pose| -> Result<Pose, String> {
                 Ok(Pose { orientation: unit(pose.orientation)?, ..pose })
             };
@@ -413,6 +450,11 @@ impl Bag {
                         Err(problem) => failed = Some((id, problem)),
                     }
                 }
+            }
+            if zero && stamps.first.is_none() {
+                let now = [self.items.len(), self.topics[at].signal.len()];
+                let own = places.iter().zip(now).filter(|(place, now)| *place < now);
+                stamps.zeros.extend(own.map(|(place, _)| *place));
             }
         }
         let topic = &mut self.topics[at];

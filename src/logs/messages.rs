@@ -123,11 +123,10 @@ fn stamp_in(value: &Value<'_>) -> Option<i64> {
     let rest = ["nanosec", "nsec", "nsecs"].iter().find_map(|name| value.get(name)?.number())?;
     // Nanoseconds since 1970 fit until the year 2262.
     let inside = (0.0..9e9).contains(&whole) && (0.0..=4.3e9).contains(&rest);
-    let stamp = if inside { whole as i64 * 1_000_000_000 + rest as i64 } else { 0 };
-    (stamp != 0).then_some(stamp)
+    inside.then_some(whole as i64 * 1_000_000_000 + rest as i64)
 }
 
-/// Returns the time that a message gives itself, in nanoseconds.
+/// Returns the time that a message gives itself, in nanoseconds. Zero may be a time, or none.
 pub(crate) fn stamp(value: &Value<'_>) -> Option<i64> {
     let header = value.get("header").and_then(|header| header.get("stamp"));
     header.or_else(|| value.get("timestamp")).or_else(|| value.get("stamp")).and_then(stamp_in)
@@ -165,7 +164,8 @@ pub(crate) fn read<'a>(
             let mut kinds: Vec<String> = Vec::new();
             for detection in all {
                 let reading = detected(detection, message, &mut kinds);
-                tell(stamp(detection).or(own), reading);
+                let inner = stamp(detection);
+                tell(inner.filter(|t| *t != 0).or(own).or(inner), reading);
             }
             if !kinds.is_empty() {
                 tell(own, Reading::Numbered);

@@ -429,6 +429,42 @@ fn a_topic_without_stamps_is_put_on_the_clock_of_the_others() {
     assert_eq!(times(&found), times(&by_table));
 }
 
+/// Poses of a cup and a shelf at 20 Hz, stamped from `start` on and logged in 2023.
+fn stamped_from(start: u64, ticks: u64) -> Vec<Message> {
+    let pose = |topic: &str, x: f64, t: u64| -> Message {
+        let data = pose_stamped(t, "world", &[x, 0.1, 0.05, 0.0, 0.0, 0.0, 1.0]);
+        let at = 1_700_000_000_000_000_000 + t % 1_000_000_000_000;
+        (topic.to_owned(), "geometry_msgs/msg/PoseStamped", at, data)
+    };
+    (0..ticks)
+        .flat_map(|tick| {
+            let t = start + tick * 50_000_000;
+            let u = ((tick as f64 * 0.05 - 4.0) / 2.0).clamp(0.0, 1.0);
+            [pose("/cup_1/pose", 0.5 + 0.3 * u, t), pose("/shelf/pose", 0.9, t)]
+        })
+        .collect()
+}
+
+fn span(bytes: &[u8]) -> (f64, f64) {
+    let found = import("", &[("a.mcap", bytes)]).expect("imported");
+    let tracks = found.sessions.iter().flat_map(|s| &s.parts).flat_map(|p| &p.tracks);
+    let times = tracks.flat_map(|track| track.samples.iter().map(|sample| sample.t));
+    times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)))
+}
+
+#[test]
+fn a_stamp_of_zero_is_a_time_where_the_clock_begins_with_the_log() {
+    let (first, last) = span(&bag(Packing::Plain, &stamped_from(0, 200)));
+    assert!(last - first < 10.0, "{first} {last}");
+    // Elsewhere it is none.
+    let day = 1_700_000_000_000_000_000;
+    let mut messages = stamped_from(day, 200);
+    let data = pose_stamped(0, "world", &[0.9, 0.1, 0.05, 0.0, 0.0, 0.0, 1.0]);
+    messages[1].3 = data;
+    let (first, last) = span(&bag(Packing::Plain, &messages));
+    assert!(last - first < 10.0, "{first} {last}");
+}
+
 #[test]
 fn messages_in_json_are_read() {
     let mut messages = Vec::new();
