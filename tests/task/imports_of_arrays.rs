@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use hdf5_pure::FileBuilder;
+use hdf5_pure::{FileBuilder, MaxExtent};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use symbolt::task::InputFault;
@@ -344,9 +344,9 @@ fn faults_of_arrays_name_the_dataset_and_the_row() {
     );
     let mut file = FileBuilder::new();
     file.create_dataset("cup_pos")
-        .with_f64_data(&[0.5; 3 * 64])
+        .with_u8_data(&[1; 3 * 64])
         .with_shape(&[64, 3])
-        .with_maxshape(&[u64::MAX, 3])
+        .with_maxshape(&[MaxExtent::Unlimited, MaxExtent::Fixed(3)])
         .with_chunks(&[1 << 20, 3])
         .with_deflate(4);
     let large = refused(rate, &file.finish().expect("a file"));
