@@ -32,9 +32,18 @@ const LOOK: usize = 10_000;
 /// Time since 1970, in nanoseconds, before which a clock began with the log.
 const SMALL: i64 = 86_400_000_000_000;
 
+/// Time by which a clock that starts again goes back at least, in nanoseconds, and the number of messages that show it.
+/// Single messages may be late by any time.
+const RESET: i64 = 1_000_000_000;
+const RESET_MESSAGES: u32 = 5;
+
 /// The stamps of a topic.
 #[derive(Default)]
 struct Stamps {
+    /// The least and the greatest so far.
+    span: Option<(i64, i64)>,
+    /// Number of messages one after the other by which the clock has gone back.
+    back: u32,
     /// The first that is not zero.
     first: Option<i64>,
     /// Places, among the items or in the signal, of what was stamped zero before that one.
@@ -42,6 +51,18 @@ struct Stamps {
 }
 
 impl Stamps {
+    /// Notes the stamp of a message. Returns what the clock goes back from if it starts again.
+    fn tick(&mut self, t: i64) -> Option<i64> {
+        let (first, last) = self.span.unwrap_or((t, t));
+        let gone = last.saturating_sub(t);
+        let back = gone > RESET && gone > last.saturating_sub(first) / 2;
+        self.back = if back { self.back + 1 } else { 0 };
+        if !back {
+            self.span = Some((first.min(t), last.max(t)));
+        }
+        (self.back >= RESET_MESSAGES).then_some(last)
+    }
+
     /// Returns whether the clock began with the log, so that zero is a time.
     fn small(&self) -> bool {
         self.first.is_some_and(|first| first < SMALL)
@@ -385,6 +406,13 @@ impl Bag {
         let stamps = self.stamps.entry(at).or_default();
         let stamped = readings.iter().filter_map(|(stamp, _)| *stamp).find(|stamp| *stamp != 0);
         stamps.first = stamps.first.or(stamped);
+        if let Some(t) = stamped.filter(|_| !fixed)
+            && let Some(last) = stamps.tick(t)
+        {
+            let [from, to] = [last, t].map(|t| t as f64 / 1e9);
+            let problem = format!("is stamped {to:.3} s after one of {from:.3} s: the clock starts again");
+            return Err(bad(problem, "the log of one run, cut where its clock starts again"));
+        }
         for (stamp, reading) in readings {
             // A stamp of zero is none, unless the clock of the topic began with the log.
             let zero = stamp == Some(0);

@@ -466,6 +466,19 @@ fn a_stamp_of_zero_is_a_time_where_the_clock_begins_with_the_log() {
 }
 
 #[test]
+fn a_clock_that_starts_again_in_a_bag_is_refused() {
+    let (first, again) = (stamped_from(100_000_000, 200), stamped_from(103_100_000, 200));
+    let problem = refused("", &bag(Packing::Plain, &[&first[..], &again].concat()));
+    assert_eq!(
+        problem,
+        "a.mcap, field `/cup_1/pose`: message 205 is stamped 0.303 s after one of 10.050 s: the clock starts again; expected the log of one run, cut where its clock starts again"
+    );
+    // Messages that are late are none.
+    let late = [&first[..], &again[..8], &stamped_from(10_100_000_000, 20)].concat();
+    assert!(import("", &[("a.mcap", &bag(Packing::Plain, &late))]).is_ok());
+}
+
+#[test]
 fn messages_in_json_are_read() {
     let mut messages = Vec::new();
     for tick in 0..200u64 {
