@@ -410,7 +410,8 @@ impl Bag {
             && let Some(last) = stamps.tick(t)
         {
             let [from, to] = [last, t].map(|t| t as f64 / 1e9);
-            let problem = format!("is stamped {to:.3} s after one of {from:.3} s: the clock starts again");
+            let problem =
+                format!("is stamped {to:.3} s after one of {from:.3} s: the clock starts again");
             return Err(bad(problem, "the log of one run, cut where its clock starts again"));
         }
         for (stamp, reading) in readings {

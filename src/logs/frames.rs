@@ -1,6 +1,6 @@
 //! Frames that hang on one another: which is that of reference, which are objects, and the poses of these over time.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -64,6 +64,13 @@ fn after(outer: &Pose, inner: &Pose) -> Pose {
         false => quaternion_array(&(turn * inner.rotation())),
     };
     Pose { position: position.into(), orientation }
+}
+
+/// Returns whether two poses are the same but for rounding.
+fn alike(one: &Pose, other: &Pose) -> bool {
+    let near = |(a, b): (f64, f64)| (a - b).abs() < 1e-6;
+    one.position.into_iter().zip(other.position).all(near)
+        && one.rotation().angle_to(&other.rotation()) < 1e-4
 }
 
 fn inverse(pose: &Pose) -> Pose {
@@ -171,14 +178,17 @@ struct Now<'a> {
 }
 
 impl Now<'_> {
-    fn hang(&mut self, child: u32, parent: u32, pose: Pose) {
-        let before = self.parent[child as usize].replace((parent, pose)).map(|(before, _)| before);
+    /// Hangs a frame on its parent. Returns whether it did not hang there in the same pose before.
+    fn hang(&mut self, child: u32, parent: u32, pose: Pose) -> bool {
+        let old = self.parent[child as usize].replace((parent, pose));
+        let before = old.map(|(before, _)| before);
         if before != Some(parent) {
             if let Some(before) = before {
                 self.children[before as usize].retain(|own| *own != child);
             }
             self.children[parent as usize].push(child);
         }
+        before != Some(parent) || old.is_none_or(|(_, old)| !alike(&old, &pose))
     }
 
     /// Returns the pose of a frame in the frame of reference or, if it does not hang on that, in its root.
@@ -223,6 +233,10 @@ pub(crate) enum Who {
 pub(crate) struct Lost {
     /// Number of poses in each frame that did not hang on the frame of reference at that time.
     pub unconnected: HashMap<u32, u64>,
+    /// Number of transforms of each frame that another of the same time replaced by another pose.
+    pub replaced: BTreeMap<u32, u64>,
+    /// Number of fixed transforms of each frame that a later one replaced by another pose.
+    pub fixed_again: BTreeMap<u32, u64>,
     /// Whether there were too many steps.
     pub endless: bool,
 }
@@ -245,19 +259,26 @@ pub(crate) fn compose<E>(
     let fixed = |item: &&Item| matches!(item.what, What::Edge { fixed: true, .. });
     for item in items.iter().filter(fixed) {
         if let What::Edge { child, parent, .. } = item.what {
-            now.hang(child, parent, item.pose);
+            let known = now.parent[child as usize].is_some();
+            if now.hang(child, parent, item.pose) && known {
+                *lost.fixed_again.entry(child).or_default() += 1;
+            }
         }
     }
     let live: Vec<&Item> = items.iter().filter(|item| !fixed(item)).collect();
     let (mut seen, mut stamp) = (vec![0u32; count], 0u32);
     let (mut dirty, mut stack) = (Vec::new(), Vec::new());
+    let mut told = vec![0u32; count];
     for group in live.chunk_by(|a, b| a.t == b.t) {
         let t = group[0].t;
         stamp += 1;
         dirty.clear();
         for item in group {
             if let What::Edge { child, parent, .. } = item.what {
-                now.hang(child, parent, item.pose);
+                let known = std::mem::replace(&mut told[child as usize], stamp) == stamp;
+                if now.hang(child, parent, item.pose) && known {
+                    *lost.replaced.entry(child).or_default() += 1;
+                }
                 stack.push(child);
             }
         }

@@ -228,7 +228,9 @@ fn faults_name_the_file_the_line_and_the_column() {
     assert!(refused(cut).starts_with("a.csv, line 401: the row has"), "{}", refused(cut));
     // A quote without its end would take in the rows up to the next one, far behind the first rows or not.
     let mut long: Vec<String> = good.lines().map(str::to_owned).collect();
-    long.extend((0..2_000).map(|row| format!("{},cup_1,0.65,0.1,0.07", 10.05 + 0.05 * f64::from(row))));
+    long.extend(
+        (0..2_000).map(|row| format!("{},cup_1,0.65,0.1,0.07", 10.05 + 0.05 * f64::from(row))),
+    );
     for line in [2, 1_500] {
         let mut open = long.clone();
         open[line - 1] = open[line - 1].replace("cup_1", "\"cup_1");

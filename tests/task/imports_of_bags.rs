@@ -479,6 +479,43 @@ fn a_clock_that_starts_again_in_a_bag_is_refused() {
 }
 
 #[test]
+fn transforms_that_contradict_one_another_are_told() {
+    let at = |x: f64| [x, 0.1, 0.2, 0.0, 0.0, 0.0, 1.0];
+    let fixed = ("/tf_static", TF.1);
+    let mut messages = Vec::new();
+    for tick in 0..100u64 {
+        let t = 100_000_000 + tick * 50_000_000;
+        let mut edges = vec![("world", "cup_1", at(0.5)), ("world", "shelf", at(0.9))];
+        edges.push(("world", "shelf", at(0.9)));
+        if tick % 10 == 0 {
+            edges.push(("world", "cup_1", at(0.6)));
+        }
+        if tick > 90 {
+            edges.push(("table", "box_1", at(0.1)));
+        } else {
+            edges.push(("world", "box_1", at(1.1)));
+        }
+        messages.push(message(TF.0, TF.1, t, transforms(t, &edges)));
+        if tick % 50 == 0 {
+            let edges = [("world", "table", at(1.0 + tick as f64 / 100.0))];
+            messages.push(message(fixed.0, fixed.1, t, transforms(t, &edges)));
+        }
+    }
+    let found = import("", &[("a.mcap", &bag(Packing::Plain, &messages))]).expect("imported");
+    let left: Vec<(&str, u64)> = found.dropped.iter().map(|d| (&*d.what, d.count)).collect();
+    let expected = [
+        ("transform of cup_1, which another of the same time replaces", 10),
+        ("transform of table, which a later fixed one replaces at all times", 1),
+    ];
+    assert_eq!(left, expected);
+    let parents: Vec<(&str, &str)> = (found.guesses.iter())
+        .filter(|guess| guess.what.starts_with("parent"))
+        .map(|guess| (&*guess.what, &*guess.value))
+        .collect();
+    assert_eq!(parents, [("parent of box_1", "world, table")]);
+}
+
+#[test]
 fn messages_in_json_are_read() {
     let mut messages = Vec::new();
     for tick in 0..200u64 {

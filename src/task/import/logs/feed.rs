@@ -395,6 +395,22 @@ impl Feed<'_> {
             );
             into.dropped.push(Dropped { what, count: *count });
         }
+        for (frames, why) in [
+            (&lost.replaced, "which another of the same time replaces"),
+            (&lost.fixed_again, "which a later fixed one replaces at all times"),
+        ] {
+            let count = frames.values().sum();
+            let what =
+                || format!("transform of {}, {why}", several(frames.keys().map(|f| name(*f))));
+            into.dropped.extend((count > 0).then(|| Dropped { what: what(), count }));
+        }
+        let parents = self.bag.frames.parents.iter().zip(0u32..);
+        for (parents, frame) in parents.filter(|(parents, _)| parents.len() > 1) {
+            let what = format!("parent of {}", name(frame));
+            let value = several(parents.iter().map(|parent| name(*parent)));
+            let reason = "it has several, and hangs on that of its last transform".to_owned();
+            into.suppose(file, &what, &value, reason);
+        }
         for topic in self.bag.topics.iter().filter(|topic| topic.unseen > 0) {
             let what = format!("pose without numbers on {}", topic.name);
             into.dropped.push(Dropped { what, count: topic.unseen });
