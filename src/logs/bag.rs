@@ -14,8 +14,9 @@ use super::topics::{Asked, Topic};
 use super::{Fault, Take, unit};
 use crate::robot::Pose;
 
-/// Greatest number of bytes of a record in a chunk, and of all records together once they are decompressed.
-const MOST_RECORD: usize = 64 << 20;
+/// Greatest number of bytes of a record in a chunk, which may be an image or a cloud of points that is not used, and of all
+/// records together once they are decompressed.
+const MOST_RECORD: usize = 256 << 20;
 const MOST_BYTES: u64 = 8 << 30;
 /// Greatest number of bytes of a message that is used, and of a schema.
 const MOST_MESSAGE: usize = 16 << 20;

@@ -68,6 +68,11 @@ pub(crate) fn commands(name: &str) -> bool {
     words(name).any(|word| wanted.contains(&word.as_str()))
 }
 
+/// Returns whether a topic is named after how wide a gripper is open.
+pub(crate) fn measures_width(name: &str) -> bool {
+    words(name).any(|word| ["width", "opening", "position", "gap"].contains(&word.as_str()))
+}
+
 /// Returns whether a topic is named after an open gripper.
 pub(crate) fn opens(name: &str) -> bool {
     words(name).any(|word| ["open", "opened", "released"].contains(&word.as_str()))

@@ -479,6 +479,25 @@ fn a_clock_that_starts_again_in_a_bag_is_refused() {
 }
 
 #[test]
+fn a_number_named_a_width_is_taken_before_others_of_the_gripper() {
+    let mut messages = stamped_from(0, 200);
+    for (at, t) in (0..200u64).map(|tick| tick * 50_000_000).enumerate() {
+        for (topic, value) in [("/gripper/temperature", 30.0), ("/gripper/width", 0.08)] {
+            let data = Cdr::new().float(value - 1e-5 * at as f32).bytes();
+            messages.push((topic.to_owned(), "std_msgs/msg/Float32", t, data));
+        }
+    }
+    let found = import("", &[("a.mcap", &bag(Packing::Plain, &messages))]).expect("imported");
+    let expected = "/gripper/temperature (std_msgs/msg/Float32): /gripper/width is taken instead";
+    assert_eq!(found.unused[0].1, [expected]);
+    let twice = r#", "topics": [{"topic": "/tf", "objects": ["a"]}, {"topic": "/tf"}]"#;
+    assert_eq!(
+        import(twice, &[]).expect_err("it is refused").to_string(),
+        "map.json, field `topics[1].topic`: it is `/tf`, as in topics[0]; expected each topic once, with all its `objects`"
+    );
+}
+
+#[test]
 fn transforms_that_contradict_one_another_are_told() {
     let at = |x: f64| [x, 0.1, 0.2, 0.0, 0.0, 0.0, 1.0];
     let fixed = ("/tf_static", TF.1);

@@ -363,6 +363,13 @@ impl Mapping {
                 }
             }
         }
+        for (index, own) in mapping.topics.iter().enumerate() {
+            if let Some(first) = mapping.topics[..index].iter().position(|t| t.topic == own.topic) {
+                let problem = format!("it is `{}`, as in topics[{first}]", own.topic);
+                let expected = "each topic once, with all its `objects`";
+                return Err(fault(None, &format!("topics[{index}].topic"), problem, expected));
+            }
+        }
         if let Some((field, problem, expected)) = mapping.fault_of_logs() {
             return Err(fault(None, &field, problem, expected));
         }

@@ -6,7 +6,7 @@ use super::sink::fault;
 use crate::logs::bag::Bag;
 use crate::logs::frames::{NO_FRAME, What, Who, compose};
 use crate::logs::messages::Shape;
-use crate::logs::topics::{Asked, Topic, commands, names_a_part, opens};
+use crate::logs::topics::{Asked, Topic, commands, measures_width, names_a_part, opens};
 use crate::logs::{Take, TopicMap, fits};
 use crate::task::error::InputFault;
 use crate::task::import::finish::median;
@@ -167,7 +167,8 @@ impl Feed<'_> {
         }
     }
 
-    /// Takes one topic for a signal of the gripper: rather a state than a command, rather joints than numbers.
+    /// Takes one topic for a signal of the gripper: rather a state than a command, rather joints than numbers, and numbers of
+    /// which the name says that they are a width.
     fn choose_signal(&mut self, take: Take, into: &mut Streams) {
         let rank = |topic: &Topic| {
             let shape = match topic.shape {
@@ -175,7 +176,7 @@ impl Feed<'_> {
                 Some(Shape::Gripper) => 1,
                 _ => 2,
             };
-            (commands(&topic.name), shape)
+            (commands(&topic.name), shape, !measures_width(&topic.name))
         };
         let own = |topic: &&mut Topic| topic.meaning == Some(take) && !topic.given;
         for topic in self.bag.topics.iter_mut().filter(own) {
@@ -193,7 +194,7 @@ impl Feed<'_> {
         for topic in self.bag.topics.iter_mut().filter(own) {
             if topic.name != best {
                 topic.meaning = None;
-                topic.why = Some(format!("{best} gives the same of the gripper"));
+                topic.why = Some(format!("{best} is taken instead"));
             } else if topic.map.invert.is_none() {
                 let greatest = topic.signal.iter().fold(0.0f64, |most, (_, v)| most.max(v.abs()));
                 let turns = topic.shape == Some(Shape::Joints) && greatest > WIDEST;
