@@ -6,7 +6,7 @@ use super::forward::{ForwardGraph, ForwardPorts, Progression, acting_phases as f
 use super::graph::{GoalSetGraph, GoalSetPorts, acting_phases as backward_acts};
 use super::rules::Regression;
 use super::senses::Senses;
-use super::wiring::{Group, Reach, Wiring, each};
+use super::wiring::{Group, QUICK_MS, Reach, Wiring, each};
 use crate::plan::strips::Grounded;
 use crate::sim::{In, Module, Out, Scope, Synapse, Vector};
 
@@ -105,7 +105,7 @@ impl Module for PlannerGraph {
             scope.add("forward", cut("forward/").fold(graph, ForwardGraph::ablate))
         });
 
-        let w = &mut Wiring::new(scope, &[]);
+        let w = &mut Wiring::new(scope, QUICK_MS, &[]);
         let senses = Senses::new(w, fluents);
         let Senses { ready, busy, holds, goal } = &senses;
         let actions = w.sum("actions", operators);

@@ -10,7 +10,7 @@ use super::motor::{Acting, act, load};
 use super::rules::Regression;
 use super::senses::Senses;
 use super::tree::Layout;
-use super::wiring::{Reach, Wiring, each, gather};
+use super::wiring::{QUICK_MS, Reach, Wiring, each, gather};
 use crate::sim::{In, Module, Out, Scope, Vector};
 
 /// The planner graph over a grounded problem: a [`Module`].
@@ -91,7 +91,7 @@ impl Module for GoalSetGraph {
     fn expand(self, scope: &mut Scope<'_>) -> GoalSetPorts {
         let Self { rules, slots, ablated } = self;
         let fluents = rules.fluents;
-        let w = &mut Wiring::new(scope, &ablated);
+        let w = &mut Wiring::new(scope, QUICK_MS, &ablated);
         let senses = Senses::new(w, fluents);
         let Senses { ready, busy, holds, goal } = &senses;
         let control = Control::new(w, ready, busy);

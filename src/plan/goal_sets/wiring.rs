@@ -12,8 +12,10 @@ use crate::spa::Linear;
 const LEVEL: Real = 0.35;
 /// Bias of a unit that responds to two inputs together. An active input is 1 to 1.4.
 pub(super) const AND: Real = -1.15;
-/// Synapse of the outputs of units. With 2 ms, noise in spikes begins searches anew; the times of phases go with it.
-const FAST: Synapse = Synapse::lowpass_ms(3);
+/// Synapses of the outputs of units, in milliseconds: one that is quick, and one that lets less noise of spikes through. Relaxed plans
+/// are read back through chains of a hundred units, where the quick one lets a race end before it has begun.
+pub(super) const QUICK_MS: u64 = 3;
+pub(super) const CALM_MS: u64 = 4;
 
 /// A weight from one item of a group to one item of another.
 pub(super) type Weight = (usize, usize, Real);
@@ -40,6 +42,7 @@ enum Units {
 struct Population {
     count: usize,
     units: Units,
+    synapse_ms: u64,
 }
 
 struct PopulationPorts {
@@ -66,7 +69,7 @@ impl Module for Population {
             }
         };
         let output = scope.add("output", Add::vector(self.count));
-        scope.connect(&neurons, &output.input, FAST);
+        scope.connect(&neurons, &output.input, Synapse::lowpass_ms(self.synapse_ms));
         PopulationPorts {
             input: scope.input("input", input),
             output: scope.output("output", output.output),
@@ -80,6 +83,7 @@ type Summed = (String, String, Vec<(usize, usize)>);
 /// Adds groups and links to a scope.
 pub(super) struct Wiring<'a, 's> {
     pub scope: &'a mut Scope<'s>,
+    synapse_ms: u64,
     /// Groups without links to others.
     cut: &'a [String],
     reach: Reach,
@@ -92,9 +96,16 @@ pub(super) struct Wiring<'a, 's> {
 pub(super) type Reach = BTreeMap<String, Vec<u32>>;
 
 impl<'a, 's> Wiring<'a, 's> {
-    /// Adds to a scope. Groups named in `cut` get no links to others.
-    pub fn new(scope: &'a mut Scope<'s>, cut: &'a [String]) -> Self {
-        Self { scope, cut, reach: Reach::new(), sums: BTreeSet::new(), summed: Vec::new() }
+    /// Adds to a scope units with this synapse. Groups named in `cut` get no links to others.
+    pub fn new(scope: &'a mut Scope<'s>, synapse_ms: u64, cut: &'a [String]) -> Self {
+        Self {
+            scope,
+            synapse_ms,
+            cut,
+            reach: Reach::new(),
+            sums: BTreeSet::new(),
+            summed: Vec::new(),
+        }
     }
 
     /// Returns how many weights lead from each item, those behind plain sums as well.
@@ -119,7 +130,9 @@ impl<'a, 's> Wiring<'a, 's> {
     }
 
     fn group(&mut self, name: &str, count: usize, units: Units) -> Group {
-        let PopulationPorts { input, output } = self.scope.add(name, Population { count, units });
+        let synapse_ms = self.synapse_ms;
+        let PopulationPorts { input, output } =
+            self.scope.add(name, Population { count, units, synapse_ms });
         Group { name: name.into(), count, input, out: output }
     }
 

@@ -63,15 +63,15 @@ items!(Phase: Stuck, Signal: Idle);
 impl Timed for Phase {
     fn millis(self) -> f64 {
         match self {
-            Next | Rest => 7.2,
-            Veto => 7.2,
-            Back | Look | Up => 9.6,
-            Start | Wave => 11.2,
-            Settle => 12.0,
-            Write | Mark | Step => 14.4,
-            Read | Fetch => 20.8,
-            Check => 19.2,
-            Race | Show | Done | Stuck => 48.0,
+            Next | Rest => 9.0,
+            Veto => 9.0,
+            Back | Look | Up => 12.0,
+            Start | Wave => 14.0,
+            Settle => 15.0,
+            Write | Mark | Step => 18.0,
+            Read | Fetch => 26.0,
+            Check => 24.0,
+            Race | Show | Done | Stuck => 60.0,
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::plan::goal_sets::race::{BAR, Turns, race, utilities};
 use crate::plan::goal_sets::rules::Regression;
 use crate::plan::goal_sets::senses::Senses;
 use crate::plan::goal_sets::tree::Layout;
-use crate::plan::goal_sets::wiring::{Reach, Weight, Wiring, each, gather};
+use crate::plan::goal_sets::wiring::{CALM_MS, Reach, Weight, Wiring, each, gather};
 use crate::plan::strips::{GroundOperator, Grounded};
 use crate::sim::{In, Module, Out, Real, Scope, Vector};
 
@@ -156,7 +156,7 @@ impl Module for ForwardGraph {
     fn expand(self, scope: &mut Scope<'_>) -> ForwardPorts {
         let Self { rules, slots, ablated } = self;
         let (fluents, operators) = (rules.fluents(), rules.operators());
-        let w = &mut Wiring::new(scope, &ablated);
+        let w = &mut Wiring::new(scope, CALM_MS, &ablated);
         let senses = Senses::new(w, fluents);
         let Senses { ready, busy, holds, goal } = &senses;
         let control = Control::new(w, ready, busy);
