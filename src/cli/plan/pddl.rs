@@ -225,19 +225,19 @@ impl Answer<'_> {
     fn failure(&self, spec: &GoalSetSpec, fault: &str) -> String {
         let course = self.course;
         let limit_s = spec.limit.as_micros() as f64 / 1e6;
+        let what = format!("no plan within {limit_s} s: {fault}");
         if let Some(planned) = self.planned() {
             let actions = counted(self.begun().count(), "action");
             return format!(
-                "no plan carried out within {limit_s} s: a plan was found after {planned} ms, and the time ended after {actions}; {fault}; try a longer `--time`"
+                "{what}; a plan was found after {planned} ms, and {actions} began in time; try a longer `--time`"
             );
         }
-        let found = format!("no plan found within {limit_s} s: {}", self.searched());
+        let searched = self.searched();
         match course.starts() {
-            0 | 1 => format!("{found}; try a longer `--time`"),
-            2 => format!("{found}, begun anew once; try a longer `--time` or more `--slots`"),
+            0 | 1 => format!("{what}; searched {searched}; try a longer `--time`"),
             starts => format!(
-                "{found}, begun anew {} times; try a longer `--time` or more `--slots`",
-                starts - 1
+                "{what}; searched {searched}, and began anew {}; try a longer `--time` or more `--slots`",
+                if starts == 2 { "once".into() } else { format!("{} times", starts - 1) }
             ),
         }
     }
