@@ -4,13 +4,13 @@
 //! of a fluent is one more than the sum of the costs of those that its cheapest operator needs: the additive costs of Bonet
 //! and Geffner, "Planning as heuristic search" (2001).
 
+use super::search::additive;
 use super::wiring::{AND, Group, Weight, Wiring, cells, each, gather, spread};
+use crate::plan::strips::Grounded;
 use crate::sim::{Real, Synapse};
 
-/// Levels of cost that are told apart, if the costs of a problem need no more.
-pub(super) const FEW_LEVELS: usize = 16;
-/// Greatest number of levels. Greater costs count as this many.
-pub(super) const MOST_LEVELS: usize = 32;
+/// Levels of cost that are told apart, if the costs of a problem need no more, and the greatest number of them.
+const LEVELS: [usize; 2] = [16, 32];
 /// Synapse from one level of the clock to the next, in milliseconds. A level then lasts about as long as the wave takes
 /// from a fluent to the next.
 const LEVEL_MS: u64 = 5;
@@ -21,6 +21,17 @@ const EARLY: Real = 1.12;
 const BEFORE_MS: u64 = 20;
 /// Weight with which the last level of the clock lets all operators pass that are still waiting.
 const RELEASE: Real = -100.0;
+
+/// Returns how many levels of cost are told apart: the greater number if some fluent costs more than the smaller one from the
+/// start of the problem on. Costs O(operators).
+pub(super) fn levels(problem: &Grounded) -> usize {
+    let [few, most] = LEVELS;
+    let operators = problem.operators.iter().map(|o| (&*o.preconditions, &*o.adds));
+    let start = problem.start.iter().copied();
+    // One round more: whatever costs more has a fluent before it that is reached then.
+    let costs = additive(problem.fluents.len(), operators, start, (most, few + 1));
+    if costs.iter().any(|cost| cost.is_finite() && *cost > few as f64) { most } else { few }
+}
 
 /// What fluents cost, in levels.
 pub(super) struct Costs {
@@ -125,7 +136,7 @@ impl Wave {
 
 /// Adds what can be reached at all: a wave that waits for no costs. Signals tell that it has not reached some goal, and that it
 /// goes on.
-pub(super) fn reach(
+pub(super) fn reachable(
     w: &mut Wiring<'_, '_>,
     links: (&[Weight], &[Weight]),
     resets: (&Group, &[usize]),

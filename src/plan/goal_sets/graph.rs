@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::choice::Choice;
 use super::control::{Control, Phase, Signal};
-use super::costs::{MOST_LEVELS, Wave, reach};
+use super::costs::{Wave, levels, reachable};
 use super::memory::memory;
 use super::motor::{Acting, act, load};
 use super::rules::Regression;
 use super::senses::Senses;
 use super::tree::Layout;
 use super::wiring::{QUICK_MS, Reach, Wiring, each, gather};
+use crate::plan::strips::Grounded;
 use crate::sim::{In, Module, Out, Scope, Vector};
 
 /// The planner graph over a grounded problem: a [`Module`].
@@ -62,12 +63,14 @@ pub(super) fn acting_phases() -> (usize, Vec<usize>) {
 }
 
 impl Regression {
-    /// Returns about how many units a graph of this size has, without those of its slots.
-    pub(super) fn units(fluents: usize, operators: usize) -> usize {
+    /// Returns about how many units a graph of a problem has, with these slots.
+    pub(super) fn units(problem: &Grounded, slots: usize) -> usize {
+        let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         // Pairs of fluents are kept as a table while the planner is built.
         let table = fluents.saturating_mul(fluents) / 256;
-        let rules = fluents.saturating_mul(3 * MOST_LEVELS + 23);
-        rules.saturating_add(operators.saturating_mul(18)).saturating_add(table)
+        let rules = fluents.saturating_mul(3 * levels(problem) + 23) + operators.saturating_mul(18);
+        let slots = Layout::new(fluents, operators, slots).units();
+        rules.saturating_add(table).saturating_add(slots)
     }
 }
 
@@ -111,7 +114,7 @@ impl Module for GoalSetGraph {
         let costs = wave.count(w, &needs, resets, rules.levels);
         let told = [Signal::Beyond as usize, Signal::News as usize];
         let sizes = (holds, rules.operators.len());
-        reach(w, (&needs, &adds), resets, sizes, (&goals, signals), told);
+        reachable(w, (&needs, &adds), resets, sizes, (&goals, signals), told);
         let choice = Choice::new(w, &rules, &control, (&goals, &open), &costs);
         let layout = Layout::new(fluents, rules.operators.len(), slots);
         let memory = memory(w, &layout, &rules, (phases, signals), &goals, &choice);

@@ -10,7 +10,6 @@ use super::forward::Progression;
 use super::moments::{Moment, Moments, Step};
 use super::rules::Regression;
 use super::spikes::{SpikeCount, SpikeCounter};
-use super::tree::Layout;
 use super::world::{Begun, StripsWorld};
 use crate::neurons::{PatternError, Population, PopulationPlan, Tuning};
 use crate::plan::strips::Grounded;
@@ -317,16 +316,14 @@ fn fitting(
     directions: Directions,
     [back, ahead]: [usize; 2],
 ) -> Result<(Directions, usize), GoalSetError> {
-    let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
-    let backward = check_units(fluents, operators, back);
+    let backward = check_units(problem, back);
     let forward = Progression::units(problem, ahead);
-    let refused = |units| GoalSetError::TooLarge { fluents, operators, slots: ahead, units };
     match (directions, backward) {
         (Directions::Backward, backward) => Ok((directions, backward?)),
         (Directions::Both, Ok(backward)) if backward + forward <= MAX_UNITS => {
             Ok((directions, backward + forward))
         }
-        _ if forward > MAX_UNITS => Err(refused(forward)),
+        _ if forward > MAX_UNITS => Err(too_large(problem, ahead, forward)),
         _ => Ok((Directions::Forward, forward)),
     }
 }
@@ -335,19 +332,16 @@ fn fitting(
 ///
 /// # Errors
 /// [`GoalSetError::TooLarge`] if they are more than [`MAX_UNITS`].
-pub(crate) fn check_units(
-    fluents: usize,
-    operators: usize,
-    slots: usize,
-) -> Result<usize, GoalSetError> {
-    let units = Regression::units(fluents, operators)
-        .saturating_add(Layout::new(fluents, operators, slots).units());
-    match units {
-        units if units > MAX_UNITS => {
-            Err(GoalSetError::TooLarge { fluents, operators, slots, units })
-        }
+pub(crate) fn check_units(problem: &Grounded, slots: usize) -> Result<usize, GoalSetError> {
+    match Regression::units(problem, slots) {
+        units if units > MAX_UNITS => Err(too_large(problem, slots, units)),
         units => Ok(units),
     }
+}
+
+fn too_large(problem: &Grounded, slots: usize, units: usize) -> GoalSetError {
+    let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
+    GoalSetError::TooLarge { fluents, operators, slots, units }
 }
 
 /// Returns the world of a simulator.

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::costs::{FEW_LEVELS, MOST_LEVELS};
+use super::costs::levels;
 use super::mutex::Mutexes;
-use super::search::costs;
 use crate::plan::strips::Grounded;
 
 /// An operator, as regression sees it. All numbers are positions of fluents, in increasing order.
@@ -66,12 +65,6 @@ impl Regression {
             Regressed { adds, preconditions, threatens, serves }
         });
         let operators = operators.collect();
-        let mut rules = Self { fluents, operators, mutexes, levels: MOST_LEVELS };
-        let start = problem.start.iter().copied().collect();
-        let costs = costs(&rules, &start);
-        if !costs.iter().any(|cost| cost.is_finite() && *cost > FEW_LEVELS as f64) {
-            rules.levels = FEW_LEVELS;
-        }
-        rules
+        Self { fluents, operators, mutexes, levels: levels(problem) }
     }
 }

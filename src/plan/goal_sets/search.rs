@@ -35,23 +35,36 @@ pub struct Found {
 ///
 /// Costs O(levels x operators). A fluent that cannot be reached has an infinite cost.
 pub fn costs(rules: &Regression, state: &BTreeSet<usize>) -> Vec<f64> {
-    let mut costs = vec![f64::INFINITY; rules.fluents];
-    state.iter().for_each(|f| costs[*f] = 0.0);
-    loop {
+    let operators = rules.operators.iter().map(|o| (&*o.preconditions, &*o.adds));
+    additive(rules.fluents, operators, state.iter().copied(), (rules.levels, usize::MAX))
+}
+
+/// Returns the additive costs from a state on, of which none is above `most`, after at most so many rounds. Costs up to the number
+/// of rounds are right. Of each operator: what it needs and adds.
+pub(super) fn additive<'o>(
+    fluents: usize,
+    operators: impl Iterator<Item = (&'o [usize], &'o [usize])> + Clone,
+    state: impl IntoIterator<Item = usize>,
+    (most, rounds): (usize, usize),
+) -> Vec<f64> {
+    let mut costs = vec![f64::INFINITY; fluents];
+    state.into_iter().for_each(|f| costs[f] = 0.0);
+    for _ in 0..rounds {
         let old = costs.clone();
-        for operator in &rules.operators {
-            let needed: f64 = operator.preconditions.iter().map(|p| old[*p]).sum();
+        for (needs, adds) in operators.clone() {
+            let needed: f64 = needs.iter().map(|p| old[*p]).sum();
             if needed.is_infinite() {
                 continue;
             }
-            for add in &operator.adds {
-                costs[*add] = costs[*add].min((1.0 + needed).min(rules.levels as f64));
+            for add in adds {
+                costs[*add] = costs[*add].min((1.0 + needed).min(most as f64));
             }
         }
         if costs == old {
-            return costs;
+            break;
         }
     }
+    costs
 }
 
 /// Searches a plan from a state to a goal. A search that fills all `slots` for goal sets starts again.

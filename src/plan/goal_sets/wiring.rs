@@ -12,8 +12,8 @@ use crate::spa::Linear;
 const LEVEL: Real = 0.35;
 /// Bias of a unit that responds to two inputs together. An active input is 1 to 1.4.
 pub(super) const AND: Real = -1.15;
-/// Synapses of the outputs of units, in milliseconds: one that is quick, and one that lets less noise of spikes through. Relaxed plans
-/// are read back through chains of a hundred units, where the quick one lets a race end before it has begun.
+/// Synapses of the outputs of units, in milliseconds: one that is quick, and one that lets less noise of spikes through. With the quick
+/// one, the search forward takes states for dead ends in spikes: it reads its relaxed plans back through long chains of units.
 pub(super) const QUICK_MS: u64 = 3;
 pub(super) const CALM_MS: u64 = 4;
 
@@ -111,10 +111,10 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Returns how many weights lead from each item, those behind plain sums as well.
     pub fn reach(&mut self) -> Reach {
         let mut reach = std::mem::take(&mut self.reach);
-        // A sum is linked before what leads to the next one.
+        // Backward in time, so that a sum behind a sum has its weights before they are passed on.
         for (from, to, pairs) in self.summed.drain(..).rev() {
             let behind = reach.get(&to).cloned().unwrap_or_default();
-            let counts = reach.entry(from).or_default();
+            let Some(counts) = reach.get_mut(&from) else { continue };
             for (item, sum) in pairs {
                 if let (Some(count), Some(more)) = (counts.get_mut(item), behind.get(sum)) {
                     *count += more;
@@ -199,10 +199,19 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Adds a copy of a group through a slow synapse.
     pub fn slow(&mut self, name: &str, from: &Group, tau_ms: u64) -> Group {
         let copy = self.sum(name, from.count);
-        let pairs = (0..from.count).map(|i| (i, i)).collect();
-        self.summed.push((from.name.clone(), name.into(), pairs));
+        self.note(from, name, (0..from.count).map(|i| (i, i)));
         self.scope.connect(&from.out, &copy.input, Synapse::lowpass_ms(tau_ms));
         copy
+    }
+
+    /// Notes what leads from a group to another one.
+    fn note(&mut self, from: &Group, to: &str, pairs: impl Iterator<Item = (usize, usize)>) {
+        let reach = self.reach.entry(from.name.clone()).or_insert_with(|| vec![0; from.count]);
+        if self.sums.contains(to) {
+            self.summed.push((from.name.clone(), to.into(), pairs.collect()));
+        } else {
+            pairs.for_each(|(item, _)| reach[item] += 1);
+        }
     }
 
     /// Links two groups. There is at most one link from one group to another.
@@ -222,13 +231,7 @@ impl<'a, 's> Wiring<'a, 's> {
             return;
         }
         let weights: Vec<Weight> = weights.into_iter().collect();
-        let reach = self.reach.entry(from.name.clone()).or_insert_with(|| vec![0; from.count]);
-        if self.sums.contains(&to.name) {
-            let pairs = weights.iter().map(|(item, sum, _)| (*item, *sum)).collect();
-            self.summed.push((from.name.clone(), to.name.clone(), pairs));
-        } else {
-            weights.iter().for_each(|(item, ..)| reach[*item] += 1);
-        }
+        self.note(from, &to.name, weights.iter().map(|(item, to, _)| (*item, *to)));
         let name = format!("{}_to_{}", from.name, to.name);
         let link = self.scope.add(&name, Linear::sparse(from.count, to.count, weights));
         self.scope.connect(&from.out, &link.input, Synapse::None);

@@ -89,13 +89,13 @@ pub(in crate::plan::goal_sets) enum Signal {
     Closed,
     /// Some goal is not reached by the wave.
     Unreached,
-    /// Some goal is not reached even by the wave that waits for nothing.
-    Beyond,
     /// All goals are.
     Reached,
-    /// The wave goes on.
+    /// Some goal is not reached even by the wave that waits for no costs.
+    Beyond,
+    /// That wave goes on.
     News,
-    /// The wave runs and does not go on.
+    /// It runs and does not go on.
     Stalled,
     /// The relaxed plan grows.
     Grows,

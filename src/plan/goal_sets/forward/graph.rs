@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::control::{Control, Phase, Signal};
 use super::memory::memory;
 use super::relaxed::relaxed;
-use crate::plan::goal_sets::costs::MOST_LEVELS;
+use crate::plan::goal_sets::costs::levels;
 use crate::plan::goal_sets::motor::{Acting, act, load};
 use crate::plan::goal_sets::race::{BAR, Turns, race, utilities};
 use crate::plan::goal_sets::rules::Regression;
@@ -57,9 +57,9 @@ impl Progression {
     pub(in crate::plan::goal_sets) fn units(problem: &Grounded, slots: usize) -> usize {
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let adds: usize = problem.operators.iter().map(|o| o.adds.len()).sum();
-        let fluents = fluents.saturating_mul(22 + 2 * MOST_LEVELS);
-        let rules = fluents + operators.saturating_mul(14) + 3 * adds;
-        rules.saturating_add(Layout::new(problem.fluents.len(), operators, slots).units())
+        let rules = fluents.saturating_mul(22 + 2 * levels(problem));
+        let rules = rules + operators.saturating_mul(14) + 3 * adds;
+        rules.saturating_add(Layout::new(fluents, operators, slots).units())
     }
 
     pub(in crate::plan::goal_sets) fn size(&self) -> (usize, usize) {

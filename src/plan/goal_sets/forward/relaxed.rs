@@ -2,7 +2,7 @@
 
 use super::control::{Phase, Signal};
 use super::graph::Progression;
-use crate::plan::goal_sets::costs::{Wave, news, reach};
+use crate::plan::goal_sets::costs::{Wave, news, reachable};
 use crate::plan::goal_sets::wiring::{AND, Group, Weight, Wiring, behind, each, gather, spread};
 use crate::sim::Real;
 
@@ -36,7 +36,8 @@ pub(super) fn relaxed(
     let [needs, adds] = [rules.needs(1.0), rules.adds(1.0)];
     let resets = (phases, &[Phase::Look as usize, Phase::Start as usize][..]);
     let told = [Signal::Beyond as usize, Signal::News as usize];
-    reach(w, (&needs, &adds), resets, (state, operators), (goal, signals), told);
+    reachable(w, (&needs, &adds), resets, (state, operators), (goal, signals), told);
+
     // What is reached at which cost.
     let names = ["reached", "pending", "enabled"];
     let wave = Wave::new(w, names, (&needs, &[]), resets, (state, operators));

@@ -92,7 +92,7 @@ impl GoalSetPlanner {
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let [least, most] = SLOTS;
         let slots = (2 * operators + 2).clamp(least, most);
-        check_units(fluents, operators, slots)?;
+        check_units(&problem, slots)?;
         // A state and its absence exclude each other as well.
         let absences = sensed.iter().enumerate().filter(|(_, (_, holds))| !holds);
         let absences = absences.map(|(fluent, (state, _))| [state.index(), fluent]);
