@@ -96,10 +96,13 @@ fn a_load_that_misleads_the_search_backward_is_carried_by_the_search_forward() {
     assert!(!backward, "the wrong variant finds a plan as well");
     let (grounded, course, valid) = run(VANS, THREE_CRATES, Directions::Both, false, 20);
     assert!(valid && course.reached, "{course:?}");
+    // The shortest plan has 6 actions of loading and 4 ways with each van at least. The first plans of this search had 37 actions.
     let plan: Vec<usize> = course.plan().collect();
-    let short = shorten(&grounded, &plan);
-    // The shortest plan has 6 actions of loading and 4 ways with each van at least.
-    assert!((14..=28).contains(&short.len()) && short.len() <= plan.len(), "{}", plan.len());
+    assert!((14..=27).contains(&plan.len()), "{}", plan.len());
+    assert!(shorten(&grounded, &plan).len() <= plan.len());
+    let (_, course, valid) = run(VANS, THREE_CRATES, Directions::Forward, true, 20);
+    let actions = course.plan().count();
+    assert!(valid && (14..=24).contains(&actions), "{actions} in spikes");
 }
 
 #[test]
