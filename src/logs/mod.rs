@@ -29,14 +29,12 @@ pub(crate) struct Fault {
 }
 
 /// An orientation that was not seen.
-#[cfg(any(feature = "mcap", feature = "hdf5"))]
 pub(crate) const UNSEEN: [f64; 4] = [f64::NAN; 4];
 
 /// Returns a unit quaternion; one that was not seen if all numbers are zero.
 ///
 /// # Errors
 /// What is wrong, in words, if the norm is not about 1.
-#[cfg(any(feature = "mcap", feature = "hdf5"))]
 pub(crate) fn unit(q: [f64; 4]) -> Result<[f64; 4], String> {
     let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
     if norm < 1e-6 {

@@ -32,6 +32,7 @@ mod logs;
 mod mapping;
 mod moments;
 mod motion;
+mod orientation;
 mod rows;
 mod sessions;
 mod signals;

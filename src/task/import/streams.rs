@@ -35,9 +35,6 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// An orientation that was not seen.
-    pub(super) const UNSEEN: [f64; 4] = [f64::NAN; 4];
-
     /// Returns whether the orientation was seen.
     pub fn oriented(&self) -> bool {
         !self.orientation[3].is_nan()

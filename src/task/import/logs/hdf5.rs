@@ -3,17 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_pure::{DType, File, Group};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::sink::fault;
 use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions, words};
-use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits, unit};
+use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits};
 use crate::robot::Pose;
-use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::csv::angle_of;
-use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
+use crate::task::import::mapping::{Angle, QuaternionOrder, Rotation};
+use crate::task::import::orientation::orientation;
 use crate::task::import::streams::{Reading, Signal, Streams};
 
 /// Greatest number of groups and datasets, and of groups in groups.
@@ -139,37 +138,6 @@ fn flat(name: &str) -> Option<Flat> {
         Field::Width => Some(Flat::Width),
         Field::Grasp => Some(Flat::Grasp),
         _ => None,
-    }
-}
-
-/// Returns the orientation that four, three or nine numbers are.
-///
-/// # Errors
-/// What is wrong, in words.
-fn orientation(values: &[f64], mapping: &Mapping, angle: Angle) -> Result<[f64; 4], String> {
-    match *values {
-        [a, b, c, d] => unit(match mapping.quaternion {
-            Some(QuaternionOrder::Wxyz) => [b, c, d, a],
-            _ => [a, b, c, d],
-        }),
-        [a, b, c] => {
-            let scale = if angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
-            let [a, b, c] = [a, b, c].map(|v| v * scale);
-            Ok(quaternion_array(&match mapping.rotation {
-                Some(Rotation::Euler) => UnitQuaternion::from_euler_angles(a, b, c),
-                _ => UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)),
-            }))
-        }
-        _ => {
-            let matrix = Matrix3::from_row_slice(values.get(..9).unwrap_or(&[0.0; 9]));
-            if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
-                && matrix.determinant() > 0.0)
-            {
-                return Err("the nine numbers are not a rotation".into());
-            }
-            let turn = Rotation3::from_matrix_unchecked(matrix);
-            Ok(quaternion_array(&UnitQuaternion::from_rotation_matrix(&turn)))
-        }
     }
 }
 
@@ -387,13 +355,13 @@ impl Arrays<'_> {
         Ok(())
     }
 
-    /// Says how the three numbers of rotations are read, and returns their unit.
+    /// Says how the three numbers of rotations are read, and returns that and their unit.
     fn three(
         &mut self,
         into: &mut Streams,
         path: &str,
         values: &[f64],
-    ) -> Result<Angle, InputFault> {
+    ) -> Result<(Rotation, Angle), InputFault> {
         let rotation = into.mapping.rotation.unwrap_or(Rotation::Vector);
         into.rotations.push(rotation);
         if into.mapping.rotation.is_none() {
@@ -401,7 +369,7 @@ impl Arrays<'_> {
             into.suppose(self.file, "rotation", rotation.name(), reason);
         }
         if let Some(angle) = into.mapping.angle {
-            return Ok(angle);
+            return Ok((rotation, angle));
         }
         let (angle, greatest) = angle_of(values.iter().copied());
         match &self.angle {
@@ -422,7 +390,7 @@ impl Arrays<'_> {
             }
             Some(_) => {}
         }
-        Ok(angle)
+        Ok((rotation, angle))
     }
 
     /// Puts the poses of an object, or of several, into their tracks.
@@ -456,9 +424,9 @@ impl Arrays<'_> {
                 Some((path, size, values))
             }
         };
-        let angle = match &turns {
+        let (rotation, angle) = match &turns {
             Some((path, 3, values)) => self.three(into, path, values)?,
-            _ => Angle::Radian,
+            _ => (Rotation::Vector, Angle::Radian),
         };
         let count = layout.objects;
         if count > 1_000 {
@@ -498,17 +466,22 @@ impl Arrays<'_> {
                     let expected = "the last row 0, 0, 0, 1, and the position in the last column";
                     fault(self.file, &own.position, problem, expected)
                 })?;
-                let (field, turn) = match &turns {
+                let (field, mut turn) = match &turns {
                     None => (&own.position, inner),
                     Some((path, size, values)) => {
                         let at = (row * count + number) * size;
                         (*path, values.get(at..at + size).unwrap_or_default().to_vec())
                     }
                 };
+                if let (&[w, x, y, z], Some(QuaternionOrder::Wxyz)) =
+                    (&*turn, into.mapping.quaternion)
+                {
+                    turn = vec![x, y, z, w];
+                }
                 let seen = turn.iter().all(|v| v.is_finite()) && !turn.is_empty();
                 let orientation = match seen {
                     false => UNSEEN,
-                    true => orientation(&turn, &into.mapping, angle).map_err(|problem| {
+                    true => orientation(&turn, rotation, angle).map_err(|problem| {
                         let problem = format!("row {row}: {problem}");
                         fault(self.file, field, problem, "a rotation in each row")
                     })?,
