@@ -1,5 +1,6 @@
 //! Reads tables of text: comma, semicolon, tab, bar or spaces between fields, with or without comments.
 
+use super::finish::fault;
 use super::layout::{Finder, Layout, Turn};
 use super::mapping::{Angle, TableMap, TimeUnit};
 use super::rows::{Row, Rows, is_missing, number};
@@ -65,13 +66,7 @@ impl Text {
         table: &TableMap,
         guesses: &mut Vec<Guess>,
     ) -> Result<Self, InputFault> {
-        let fault = |problem: &str, expected: &str| InputFault {
-            file: file.into(),
-            line: None,
-            field: String::new(),
-            problem: problem.into(),
-            expected: expected.into(),
-        };
+        let fault = |problem: &str, expected: &str| fault(file, "", problem, expected);
         let delimiter = match table.delimiter {
             Some(c) if !c.is_ascii() => {
                 let expected = "one of , ; | and a tab or space";

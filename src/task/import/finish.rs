@@ -42,9 +42,15 @@ pub struct Log {
 /// Greatest coordinate of a recording, in metres.
 const FARTHEST: f64 = 1e6;
 
-fn fault(file: &str, field: &str, problem: String, expected: &str) -> InputFault {
-    let (file, field, expected) = (file.to_owned(), field.to_owned(), expected.to_owned());
-    InputFault { file, line: None, field, problem, expected }
+/// A fault in a file without a line. `field` names the column, the topic or the dataset.
+pub(super) fn fault(
+    file: &str,
+    field: &str,
+    problem: impl Into<String>,
+    expected: impl Into<String>,
+) -> InputFault {
+    let (file, field) = (file.into(), field.into());
+    InputFault { file, line: None, field, problem: problem.into(), expected: expected.into() }
 }
 
 /// Axes of the world in axes of the log: rows of an orthogonal matrix, each a column and a sign.
@@ -211,7 +217,7 @@ impl Streams {
         parts.retain(seen);
         if parts.is_empty() {
             let file = self.sources.first().map_or("", |source| &source.file);
-            return Err(fault(file, "", "no object has a pose".into(), "poses of objects"));
+            return Err(fault(file, "", "no object has a pose", "poses of objects"));
         }
         let mut sessions: Vec<Session> = Vec::new();
         let mut index: HashMap<String, usize> = HashMap::new();

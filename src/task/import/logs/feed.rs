@@ -2,14 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::sink::fault;
 use crate::logs::bag::Bag;
 use crate::logs::frames::{NO_FRAME, What, Who, compose};
 use crate::logs::messages::Shape;
 use crate::logs::topics::{Asked, Topic, commands, measures_width, names_a_part, opens};
 use crate::logs::{Take, TopicMap, fits};
 use crate::task::error::InputFault;
-use crate::task::import::finish::median;
+use crate::task::import::finish::{fault, median};
 use crate::task::import::mapping::Length;
 use crate::task::import::streams::{Dropped, Reading, Signal, Streams};
 

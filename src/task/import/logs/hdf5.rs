@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_pure::{DType, File, Group};
 
-use super::sink::fault;
 use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions, words};
 use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits};
 use crate::robot::Pose;
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::csv::angle_of;
+use crate::task::import::finish::fault;
 use crate::task::import::mapping::{Angle, QuaternionOrder, Rotation};
 use crate::task::import::orientation::orientation;
 use crate::task::import::streams::{Reading, Signal, Streams};
