@@ -398,9 +398,10 @@ fn common(files: &[String]) -> String {
     format!("*{}", end.unwrap_or_default())
 }
 
-/// Returns a name so that names sort by the numbers in them.
-fn natural(name: &str) -> (u64, &str) {
-    (name.parse().unwrap_or(u64::MAX), name)
+/// Returns a name without the number at its end, and that number, so that names sort by their numbers.
+pub(super) fn natural(name: &str) -> (&str, u64) {
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    (stem, name[stem.len()..].parse().unwrap_or(0))
 }
 
 fn place(sample: &mut Sample, unit_m: f64, axes: Axes, frame: Option<&Pose>) {

@@ -10,7 +10,7 @@ use crate::robot::Pose;
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::csv::angle_of;
-use crate::task::import::finish::fault;
+use crate::task::import::finish::{fault, natural};
 use crate::task::import::mapping::{Angle, QuaternionOrder, Rotation};
 use crate::task::import::orientation::orientation;
 use crate::task::import::streams::{Reading, Signal, Streams};
@@ -125,12 +125,6 @@ fn walk(
     Ok(())
 }
 
-/// Returns a name so that names sort by the number at their end.
-fn natural(name: &str) -> (String, u64) {
-    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    (stem.to_owned(), name[stem.len()..].parse().unwrap_or(0))
-}
-
 /// Returns what a dataset with one number for each row holds, as a column of its name would.
 fn flat(name: &str) -> Option<Flat> {
     match recognise(name)?.field {
@@ -156,7 +150,7 @@ impl Arrays<'_> {
         };
         let mut groups: Vec<String> = self.shapes.keys().filter_map(own).collect();
         groups.dedup();
-        groups.sort_by_key(|group| natural(group));
+        groups.sort_by(|a, b| natural(a).cmp(&natural(b)));
         groups.dedup();
         let place = |group: String| {
             let name = group.rsplit('/').next().unwrap_or_default().to_owned();
@@ -499,9 +493,9 @@ impl Arrays<'_> {
         for path in self.shapes.keys().filter(|path| !used.contains(*path)) {
             let plain: Vec<String> = path
                 .split('/')
-                .map(|name| match natural(name) {
-                    (stem, _) if stem.len() < name.len() && is_session(name) => stem + "*",
-                    _ => name.to_owned(),
+                .map(|name| match is_session(name) {
+                    true => format!("{}*", natural(name).0),
+                    false => name.to_owned(),
                 })
                 .collect();
             let plain = plain.join("/");
