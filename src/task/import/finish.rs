@@ -2,15 +2,12 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-
 use super::columns::kind_of;
 use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
 use super::sessions::{joined, scattered};
 use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::logs::fits;
 use crate::robot::Pose;
-use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 
 /// The parts of one demonstration, one after the other.
@@ -410,14 +407,8 @@ fn place(sample: &mut Sample, unit_m: f64, axes: Axes, frame: Option<&Pose>) {
         sample.orientation = axes.rotation(sample.orientation);
     }
     if let Some(frame) = frame {
-        let turn = frame.rotation();
-        let moved = turn * Vector3::from(sample.position) + Vector3::from(frame.position);
-        sample.position = moved.into();
-        if sample.oriented() {
-            let [x, y, z, w] = sample.orientation;
-            let own = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-            sample.orientation = quaternion_array(&(turn * own));
-        }
+        let own = Pose { position: sample.position, orientation: sample.orientation };
+        Pose { position: sample.position, orientation: sample.orientation } = frame.after(&own);
     }
 }
 
@@ -460,7 +451,10 @@ fn split(part: Part, gap_s: f64) -> Vec<Part> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
     use super::*;
+    use crate::robot::pose::quaternion_array;
 
     #[test]
     fn axes_turn_up_to_z_and_reflect_left_hands() {
