@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::columns::kind_of;
-use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
+use super::mapping::{Handed, Length, Mapping, TimeUnit, Up};
 use super::sessions::{joined, scattered};
 use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::logs::fits;
@@ -228,16 +228,8 @@ impl Streams {
         for session in &mut sessions {
             session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
         }
-        let Self { guesses, dropped, unused, mut mapping, tables, found, .. } = self;
+        let Self { guesses, dropped, unused, mut mapping, found, .. } = self;
         found.write(&mut mapping);
-        let alone = tables.len() == 1;
-        let read = mapping.tables.len();
-        mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
-            files: if alone { String::new() } else { common(&files) },
-            ..table
-        }));
-        // The first that fits is used, so names go before patterns.
-        mapping.tables[read..].sort_by_key(|table| table.files.contains('*'));
         Ok(Log { sessions, guesses, dropped, unused, mapping, rows })
     }
 
@@ -382,17 +374,6 @@ fn set_if_one<T: PartialEq>(to: &mut Option<T>, mut values: impl Iterator<Item =
     {
         *to = Some(first);
     }
-}
-
-/// Returns a pattern that fits some names: their common end behind a wildcard.
-fn common(files: &[String]) -> String {
-    let [first, others @ ..] = files else { return String::new() };
-    if others.is_empty() {
-        return first.clone();
-    }
-    let starts = first.char_indices().map(|(at, _)| &first[at..]);
-    let end = starts.into_iter().find(|end| others.iter().all(|other| other.ends_with(end)));
-    format!("*{}", end.unwrap_or_default())
 }
 
 /// Returns a name without the number at its end, and that number, so that names sort by their numbers.

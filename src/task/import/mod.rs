@@ -27,6 +27,7 @@ mod carry;
 mod columns;
 mod csv;
 mod finish;
+mod found;
 mod layout;
 mod logs;
 mod mapping;

@@ -11,6 +11,7 @@ use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::csv::angle_of;
 use crate::task::import::finish::{fault, natural};
+use crate::task::import::found::say;
 use crate::task::import::mapping::{Angle, QuaternionOrder, Rotation};
 use crate::task::import::orientation::orientation;
 use crate::task::import::streams::{Reading, Signal, Streams};
@@ -63,16 +64,15 @@ impl Streams {
         }
         let left = MOST_NUMBERS.min((bytes.len() as u64).saturating_mul(DENSEST));
         let mut arrays = Arrays { file, hdf5, shapes, left, angle: None };
-        let maps = match self.mapping.datasets.is_empty() {
-            false => self.mapping.datasets.clone(),
-            true => {
-                let found = arrays.guessed(self)?;
-                if !self.found.datasets.contains(&found) {
-                    self.found.datasets.push(found.clone());
-                }
-                vec![found]
-            }
-        };
+        let name = file.rsplit('/').next().unwrap_or(file);
+        let of_file = |map: &&DatasetMap| map.files.is_empty() || fits(&map.files, name);
+        let mut maps: Vec<DatasetMap> =
+            self.mapping.datasets.iter().filter(of_file).cloned().collect();
+        if maps.is_empty() {
+            let found = arrays.guessed(self)?;
+            say(&mut self.found.datasets, found.clone(), name);
+            maps.push(found);
+        }
         let mut used = BTreeSet::new();
         let mut sessions = 0;
         for map in &maps {

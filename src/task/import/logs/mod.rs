@@ -2,13 +2,10 @@
 
 #[cfg(feature = "mcap")]
 mod feed;
-mod found;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 #[cfg(any(feature = "mcap", feature = "hdf5"))]
 mod sink;
-
-pub(super) use found::Found;
 
 use super::finish::fault;
 use super::streams::Streams;
