@@ -28,6 +28,15 @@ pub(crate) struct Fault {
     pub expected: String,
 }
 
+/// Returns an error with its cause, in one line of at most 200 characters.
+#[cfg(any(feature = "mcap", feature = "hdf5"))]
+pub(crate) fn words(error: &dyn std::error::Error) -> String {
+    let own = error.to_string();
+    let cause = error.source().map(ToString::to_string).filter(|cause| !own.contains(cause));
+    let text = cause.iter().fold(own, |own, cause| format!("{own}: {cause}"));
+    text.lines().map(str::trim).collect::<Vec<_>>().join(" ").chars().take(200).collect()
+}
+
 /// An orientation that was not seen.
 pub(crate) const UNSEEN: [f64; 4] = [f64::NAN; 4];
 

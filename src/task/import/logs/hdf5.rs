@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_pure::{DType, File, Group};
 
-use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions, words};
-use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits};
+use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions};
+use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits, words};
 use crate::robot::Pose;
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
