@@ -438,6 +438,13 @@ mod tests {
     use crate::robot::pose::quaternion_array;
 
     #[test]
+    fn names_sort_by_the_numbers_at_their_ends() {
+        let mut names = ["p10", "p2", "10", "9", "a"];
+        names.sort_by_key(|name| natural(name));
+        assert_eq!(names, ["9", "10", "a", "p2", "p10"]);
+    }
+
+    #[test]
     fn axes_turn_up_to_z_and_reflect_left_hands() {
         for up in Up::ALL.iter().copied() {
             for handed in Handed::ALL.iter().copied() {
