@@ -52,7 +52,7 @@ impl Streams {
     pub(super) fn add_hdf5(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
         let broken = |error: hdf5_pure::Error| {
             let problem = format!("it cannot be read: {}", words(&error));
-            fault(file, "", problem, "a whole HDF5 log")
+            fault(file, "", problem, "a whole HDF5 log, without soft links")
         };
         let hdf5 = File::from_bytes(bytes.to_vec()).map_err(broken)?;
         let mut shapes = BTreeMap::new();
