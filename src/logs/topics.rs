@@ -200,10 +200,11 @@ impl Topic {
 
     /// Returns whether the objects of two topics would have the same id, and stand at different paths.
     pub fn sounds_like(&self, other: &Self) -> bool {
-        let last = |topic: &Self| topic.base.rsplit('/').next().map(str::to_owned);
         let poses = |topic: &Self| topic.meaning == Some(Take::Poses);
-        let apart = object_path(&self.name) != object_path(&other.name);
-        poses(self) && poses(other) && apart && last(self) == last(other)
+        poses(self)
+            && poses(other)
+            && self.base.rsplit('/').next() == other.base.rsplit('/').next()
+            && object_path(&self.name) != object_path(&other.name)
     }
 
     /// Names the object by the whole of the topic's name, since another topic ends in the same word.

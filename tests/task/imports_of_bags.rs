@@ -606,6 +606,14 @@ fn faults_of_a_bag_name_the_topic_and_the_message() {
         refused("", &bag(Packing::Plain, &two))
             .contains("in the frames map and camera, which no transform connects")
     );
+    // Two channels of one number, which stands before the topic.
+    let mut twice = bag(Packing::Plain, &two);
+    let number =
+        |name: &[u8]| twice.windows(name.len()).position(|own| own == name).map(|at| at - 8);
+    let [one, other] = [&b"/map/pose"[..], b"/camera/pose"].map(|n| number(n).expect("a channel"));
+    twice.copy_within(one..one + 2, other);
+    let problem = refused("", &twice);
+    assert!(problem.contains("field `/camera/pose`: two channels have the number"), "{problem}");
     let both = [two.to_vec(), good.clone()].concat();
     assert!(
         refused("", &bag(Packing::Plain, &both)).contains("which no transform connects to `world`")

@@ -216,12 +216,12 @@ impl Feed<'_> {
         let names = &self.bag.frame_names;
         let name = |frame: u32| names.list[frame as usize].as_str();
         let hung = self.bag.items.iter().any(|item| matches!(item.what, What::Edge { .. }));
-        let mut own: Vec<u32> = Vec::new();
+        let (mut own, mut known) = (Vec::new(), vec![false; names.list.len()]);
         for item in &self.bag.items {
             if let What::Pose { frame, .. } = item.what
                 && frame != NO_FRAME
                 && self.bag.topics[item.topic as usize].map.frame.is_none()
-                && !own.contains(&frame)
+                && !std::mem::replace(&mut known[frame as usize], true)
             {
                 own.push(frame);
             }
