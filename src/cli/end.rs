@@ -15,6 +15,8 @@ use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
 use symbolt::task::pddl::WriteFault;
 
+use super::output::printable;
+
 /// The result of a command that ran to its end.
 pub(crate) enum Outcome {
     /// The command succeeded.
@@ -65,12 +67,9 @@ pub(crate) fn sentence(error: &Error) -> String {
 }
 
 pub(crate) fn complain(sentence: &str) {
-    // Texts of files may hold characters that a terminal obeys.
-    let obeyed = |c: char| c.is_control() && c != '\n';
-    let escape = |c: char| if obeyed(c) { c.escape_default().to_string() } else { c.into() };
-    let sentence: String = sentence.chars().map(escape).collect();
+    let lines: Vec<_> = sentence.split('\n').map(printable).collect();
     // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "symbolt: {sentence}");
+    let _ = writeln!(std::io::stderr(), "symbolt: {}", lines.join("\n"));
 }
 
 /// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.

@@ -12,12 +12,6 @@ pub(crate) enum Flat {
     Grasp,
 }
 
-/// Returns an error in one line.
-pub(crate) fn words(error: &hdf5_pure::Error) -> String {
-    let text = error.to_string();
-    text.lines().map(str::trim).collect::<Vec<_>>().join(" ").chars().take(200).collect()
-}
-
 /// What the numbers of a pose are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Form {

@@ -11,7 +11,7 @@ use super::cdr::{Form, Schema, Value, decode};
 use super::frames::{Frames, Item, NO_FRAME, Names, What};
 use super::messages::{Reading, Shape, read};
 use super::topics::{Asked, Topic};
-use super::{Fault, Take, unit};
+use super::{Fault, Take, unit, words};
 use crate::robot::Pose;
 
 /// Greatest number of bytes of a record in a chunk, which may be an image or a cloud of points that is not used, and of all
@@ -90,6 +90,7 @@ fn fault(field: &str, problem: impl Into<String>, expected: &str) -> Fault {
 pub(crate) struct Bag {
     pub topics: Vec<Topic>,
     pub frame_names: Names,
+    /// Objects as their messages name them; [`Topic::id`] makes the id.
     pub objects: Names,
     pub frames: Frames,
     pub items: Vec<Item>,
@@ -162,13 +163,6 @@ fn records(bytes: &[u8], base: Option<usize>, visit: &mut Visit<'_>) -> Result<b
 
 fn cut(problem: &str) -> Fault {
     fault("", problem, "a whole MCAP log; `mcap recover` saves what a cut one holds")
-}
-
-/// Returns an error with its cause.
-fn words(error: &McapError) -> String {
-    let cause = std::error::Error::source(error).map(|cause| format!(": {cause}"));
-    let text = format!("{error}{}", cause.unwrap_or_default());
-    text.lines().map(str::trim).collect::<Vec<_>>().join(" ").chars().take(200).collect()
 }
 
 /// Opens a compressed chunk. `whole` is its record.
@@ -252,6 +246,11 @@ impl Bag {
         Ok(bag)
     }
 
+    /// Returns the id of an object of a topic.
+    pub fn id(&self, topic: u32, object: u32) -> String {
+        self.topics[topic as usize].id(&self.objects.list[object as usize])
+    }
+
     fn record(&mut self, asked: &Asked<'_>, own: u8, body: &[u8]) -> Result<(), Fault> {
         self.bytes += body.len() as u64 + 9;
         if self.bytes > MOST_BYTES {
@@ -279,7 +278,11 @@ impl Bag {
                 Ok(())
             }
             Record::Channel(channel) => {
-                if self.channels.contains_key(&channel.id) {
+                if let Some(known) = self.channels.get(&channel.id) {
+                    if self.topics[known.topic].name != channel.topic {
+                        let problem = format!("two channels have the number {}", channel.id);
+                        return Err(fault(&channel.topic, problem, "one channel for each number"));
+                    }
                     return Ok(());
                 }
                 let (id, encoding) = (channel.id, channel.message_encoding);
@@ -317,8 +320,12 @@ impl Bag {
         let at = self.topics.iter().position(|topic| topic.name == name && topic.kind == kind);
         let at = at.unwrap_or_else(|| {
             let mut topic = Topic::of(name, kind, asked);
-            if self.topics.iter().any(|known| known.base == topic.base) {
-                topic.spell_out();
+            // Whichever topic comes first, the ids are the same.
+            for known in &mut self.topics {
+                if known.sounds_like(&topic) {
+                    known.spell_out();
+                    topic.spell_out();
+                }
             }
             self.topics.push(topic);
             self.topics.len() - 1
@@ -455,7 +462,7 @@ impl Bag {
                                 self.frames.edge(child, parent, fixed);
                                 What::Edge { child, parent, fixed }
                             } else {
-                                let object = self.objects.number(&topic.id(child_text));
+                                let object = self.objects.number(child_text);
                                 self.frames.used(parent);
                                 What::Pose { object, frame: parent }
                             };
@@ -464,22 +471,19 @@ impl Bag {
                         Err(problem) => failed = Some((child_text.to_owned(), problem)),
                     }
                 }
-                Reading::Pose { id, kind, frame, pose } => {
-                    let id = topic.id(&id);
-                    match turned(pose) {
-                        Ok(pose) => {
-                            let object = self.objects.number(&id);
-                            if let Some(kind) = kind {
-                                topic.kinds.entry(object).or_insert(kind);
-                            }
-                            let frame = self.frame_names.number(frame);
-                            self.frames.used(frame);
-                            let what = What::Pose { object, frame };
-                            self.items.push(Item { t, topic: at as u32, what, pose });
+                Reading::Pose { id, kind, frame, pose } => match turned(pose) {
+                    Ok(pose) => {
+                        let object = self.objects.number(&id);
+                        if let Some(kind) = kind {
+                            topic.kinds.entry(object).or_insert(kind);
                         }
-                        Err(problem) => failed = Some((id, problem)),
+                        let frame = self.frame_names.number(frame);
+                        self.frames.used(frame);
+                        let what = What::Pose { object, frame };
+                        self.items.push(Item { t, topic: at as u32, what, pose });
                     }
-                }
+                    Err(problem) => failed = Some((topic.id(&id), problem)),
+                },
             }
             if zero && stamps.first.is_none() {
                 let now = [self.items.len(), self.topics[at].signal.len()];

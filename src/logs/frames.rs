@@ -56,16 +56,6 @@ const DEEPEST: usize = 256;
 const STILL_NS: i64 = 100_000_000;
 const MOST_STILL: i64 = 10_000;
 
-fn after(outer: &Pose, inner: &Pose) -> Pose {
-    let turn = outer.rotation();
-    let position = turn * Vector3::from(inner.position) + Vector3::from(outer.position);
-    let orientation = match inner.orientation[3].is_nan() {
-        true => inner.orientation,
-        false => quaternion_array(&(turn * inner.rotation())),
-    };
-    Pose { position: position.into(), orientation }
-}
-
 /// Returns whether two poses are the same but for rounding.
 fn alike(one: &Pose, other: &Pose) -> bool {
     let near = |(a, b): (f64, f64)| (a - b).abs() < 1e-6;
@@ -199,7 +189,7 @@ impl Now<'_> {
                 break;
             }
             let Some((parent, own)) = self.parent[at as usize] else { break };
-            pose = Some(pose.map_or(own, |pose| after(&own, &pose)));
+            pose = Some(pose.map_or(own, |pose| own.after(&pose)));
             at = parent;
             *self.steps += 1;
         }
@@ -217,7 +207,7 @@ impl Now<'_> {
         self.reference = reference;
         let own = own.filter(|_| root == top)?;
         let back = inverse(&own);
-        Some(Some(pose.map_or(back, |pose| after(&back, &pose))))
+        Some(Some(pose.map_or(back, |pose| back.after(&pose))))
     }
 }
 
@@ -310,7 +300,7 @@ pub(crate) fn compose<E>(
                 continue;
             }
             match now.seen(frame) {
-                Some(Some(outer)) => tell(t, who, &after(&outer, &item.pose))?,
+                Some(Some(outer)) => tell(t, who, &outer.after(&item.pose))?,
                 Some(None) => tell(t, who, &item.pose)?,
                 None => *lost.unconnected.entry(frame).or_default() += 1,
             }

@@ -61,6 +61,9 @@ pub struct PoseDatasets {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DatasetMap {
+    /// Pattern of file names; `*` stands for any text. Empty: all files.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub files: String,
     /// Pattern of the groups that are sessions, such as `data/demo_*`. Empty: the whole file is one session.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub group: String,

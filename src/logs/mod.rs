@@ -28,15 +28,22 @@ pub(crate) struct Fault {
     pub expected: String,
 }
 
-/// An orientation that was not seen.
+/// Returns an error with its cause, in one line of at most 200 characters.
 #[cfg(any(feature = "mcap", feature = "hdf5"))]
+pub(crate) fn words(error: &dyn std::error::Error) -> String {
+    let own = error.to_string();
+    let cause = error.source().map(ToString::to_string).filter(|cause| !own.contains(cause));
+    let text = cause.iter().fold(own, |own, cause| format!("{own}: {cause}"));
+    text.lines().map(str::trim).collect::<Vec<_>>().join(" ").chars().take(200).collect()
+}
+
+/// An orientation that was not seen.
 pub(crate) const UNSEEN: [f64; 4] = [f64::NAN; 4];
 
 /// Returns a unit quaternion; one that was not seen if all numbers are zero.
 ///
 /// # Errors
 /// What is wrong, in words, if the norm is not about 1.
-#[cfg(any(feature = "mcap", feature = "hdf5"))]
 pub(crate) fn unit(q: [f64; 4]) -> Result<[f64; 4], String> {
     let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
     if norm < 1e-6 {

@@ -198,6 +198,15 @@ impl Topic {
         }
     }
 
+    /// Returns whether the objects of two topics would have the same id, and stand at different paths.
+    pub fn sounds_like(&self, other: &Self) -> bool {
+        let poses = |topic: &Self| topic.meaning == Some(Take::Poses);
+        poses(self)
+            && poses(other)
+            && self.base.rsplit('/').next() == other.base.rsplit('/').next()
+            && object_path(&self.name) != object_path(&other.name)
+    }
+
     /// Names the object by the whole of the topic's name, since another topic ends in the same word.
     pub fn spell_out(&mut self) {
         self.base = object_path(&self.name).to_owned();

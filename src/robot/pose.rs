@@ -28,6 +28,18 @@ impl Pose {
         (square(0) + square(1) + square(2)).sqrt()
     }
 
+    /// Returns the pose outside of what has the pose `inner` in a frame with this one. An orientation that is not a
+    /// number stays one that is not.
+    pub(crate) fn after(&self, inner: &Self) -> Self {
+        let turn = self.rotation();
+        let position = turn * Vector3::from(inner.position) + Vector3::from(self.position);
+        let orientation = match inner.orientation[3].is_nan() {
+            true => inner.orientation,
+            false => quaternion_array(&(turn * inner.rotation())),
+        };
+        Self { position: position.into(), orientation }
+    }
+
     pub(crate) fn rotation(&self) -> UnitQuaternion<f64> {
         let [x, y, z, w] = self.orientation;
         UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))

@@ -9,9 +9,10 @@ use symbolt::task::{InputFault, Recording, SnapshotEvent};
 
 use crate::streams::{Sampling, Shown, Truth, log};
 
-fn recording(seed: u64) -> Recording {
+/// Demonstrations of the nuts and bolts, as they were.
+pub(crate) fn recording(demos: usize, seed: u64) -> Recording {
     let demonstrations = SyntheticDemonstrations {
-        demos: 4,
+        demos,
         nuts: 2,
         bolts: 2,
         order: Order::Either,
@@ -23,13 +24,31 @@ fn recording(seed: u64) -> Recording {
     demonstrations.record(Seed::new(seed)).expect("it is recorded").recording
 }
 
-fn import(mapping: &str, files: &[(&str, &str)]) -> Result<Imported, InputFault> {
-    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
-    let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "map.json")?);
-    for (name, text) in files {
-        streams.add_csv(name, text.as_bytes())?;
+/// Imports logs as a mapping says.
+pub(crate) fn import_by(
+    mapping: Mapping,
+    files: &[(&str, impl AsRef<[u8]>)],
+) -> Result<Imported, InputFault> {
+    let mut streams = Streams::new(mapping);
+    for (name, bytes) in files {
+        streams.add(name, bytes.as_ref())?;
     }
     Ok(streams.finish()?.import())
+}
+
+/// Imports logs with the keys of a mapping behind its version.
+pub(crate) fn import(
+    mapping: &str,
+    files: &[(&str, impl AsRef<[u8]>)],
+) -> Result<Imported, InputFault> {
+    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
+    import_by(Mapping::parse(text.as_bytes(), "map.json")?, files)
+}
+
+/// The recording as it is written.
+#[cfg(any(feature = "mcap", feature = "hdf5"))]
+pub(crate) fn text(found: &Imported) -> String {
+    found.recording.to_jsonl(None).expect("it is written")
 }
 
 /// Counts the events that are found within 0.1 s, those that are not, and those that are found and are not there.
@@ -57,7 +76,7 @@ fn events_of_noisy_streams_are_found_within_a_tenth_of_a_second() {
             [(20.0, 1e-3), (30.0, 3e-3), (90.0, 2e-3)].into_iter().enumerate()
         {
             let sampling = Sampling { rate_hz, noise_m, noise_deg: 1.0, lost: 0.03, shown };
-            let (text, truth) = log(&recording(seed as u64), &sampling, seed as u64);
+            let (text, truth) = log(&recording(4, seed as u64), &sampling, seed as u64);
             assert_eq!(truth.len(), 24, "{shown:?}");
             let found = import("", &[("log.csv", &text)]).expect("it is imported");
             let own = score(&found, &truth);
@@ -72,7 +91,7 @@ fn events_of_noisy_streams_are_found_within_a_tenth_of_a_second() {
     // A wrong truth is not found.
     let sampling =
         Sampling { rate_hz: 30.0, noise_m: 1e-3, noise_deg: 1.0, lost: 0.0, shown: Shown::Flag };
-    let (text, mut truth) = log(&recording(1), &sampling, 1);
+    let (text, mut truth) = log(&recording(4, 1), &sampling, 1);
     truth.iter_mut().for_each(|event| event.3 += 0.2);
     let found = import("", &[("log.csv", &text)]).expect("it is imported");
     assert_eq!(score(&found, &truth)[0], 0);
@@ -90,7 +109,7 @@ fn what_is_learned_from_a_stream_is_what_is_learned_from_the_recording() {
         moved.sort();
         (kinds, moved)
     };
-    let exact = recording(3);
+    let exact = recording(4, 3);
     let sampling =
         Sampling { rate_hz: 60.0, noise_m: 1e-4, noise_deg: 0.05, lost: 0.02, shown: Shown::Width };
     let (text, _) = log(&exact, &sampling, 3);

@@ -5,25 +5,13 @@ use std::time::{Duration, Instant};
 use hdf5_pure::{FileBuilder, MaxExtent};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use symbolt::task::InputFault;
 use symbolt::task::Recording;
-use symbolt::task::import::{Imported, Mapping, Streams};
+use symbolt::task::import::Mapping;
 
-fn import(mapping: &str, files: &[(&str, &[u8])]) -> Result<Imported, InputFault> {
-    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
-    let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "map.json")?);
-    for (name, bytes) in files {
-        streams.add(name, bytes)?;
-    }
-    Ok(streams.finish()?.import())
-}
+use crate::imports::{import, import_by, text};
 
 fn refused(mapping: &str, bytes: &[u8]) -> String {
     import(mapping, &[("a.hdf5", bytes)]).expect_err("it is refused").to_string()
-}
-
-fn text(found: &Imported) -> String {
-    found.recording.to_jsonl(None).expect("it is written")
 }
 
 const ROWS: usize = 240;
@@ -122,9 +110,7 @@ fn demonstrations_of_robomimic_give_the_same_recording_as_tables() {
         let mapping = found.mapping.to_json().expect("a mapping");
         assert!(mapping.contains(r#""group": "data/demo_*""#), "{mapping}");
         let mapping = Mapping::parse(mapping.as_bytes(), "m.json").expect("a mapping");
-        let mut streams = Streams::new(mapping.clone());
-        streams.add("a.hdf5", &bytes).expect("added");
-        let again = streams.finish().expect("finished").import();
+        let again = import_by(mapping.clone(), &[("a.hdf5", &bytes)]).expect("imported");
         assert_eq!((text(&again), again.mapping), (text(&found), mapping));
     }
 }
@@ -209,6 +195,40 @@ fn groups_of_the_same_name_in_several_files_are_several_sessions() {
     );
 }
 
+/// Positions of a cube in a dataset of this name, with times.
+fn cube_in(name: &str, demo: usize) -> Vec<u8> {
+    let mut file = FileBuilder::new();
+    let times: Vec<f64> = (0..ROWS).map(|tick| tick as f64 / RATE).collect();
+    file.create_dataset("time").with_f64_data(&times);
+    let places: Vec<f64> = scene(demo).iter().flat_map(|row| row.0[..3].to_vec()).collect();
+    file.create_dataset(name).with_f64_data(&places).with_shape(&[ROWS as u64, 3]);
+    file.finish().expect("a file")
+}
+
+#[test]
+fn a_mapping_of_several_files_with_other_datasets_reads_them_back() {
+    let [one, two, three, four] = [0, 1, 2, 3]
+        .map(|demo| cube_in(if demo % 2 == 0 { "cube_pos" } else { "cube_position" }, demo));
+    // Names whose ends tell the files apart, and names whose ends do not.
+    for (names, patterns) in [
+        (["1_a.h5", "1_b.h5", "2_a.h5", "2_b.h5"], &["*_a.h5", "*_b.h5"][..]),
+        (["1.h5", "2.h5", "3.h5", "4.h5"], &["1.h5", "3.h5", "2.h5", "4.h5"]),
+    ] {
+        let bytes = [&one, &two, &three, &four];
+        let files: Vec<(&str, &Vec<u8>)> = names.into_iter().zip(bytes).collect();
+        let found = import("", &files).expect("imported");
+        assert_eq!((found.sessions.len(), found.moments.len()), (4, 8));
+        let own: Vec<&str> = found.mapping.datasets.iter().map(|map| &*map.files).collect();
+        assert_eq!(own, patterns);
+        let again = import_by(found.mapping.clone(), &files).expect("imported");
+        assert_eq!((text(&again), again.mapping), (text(&found), found.mapping));
+    }
+    // The datasets of a file that no pattern fits are guessed.
+    let mapping = r#", "datasets": [{"files": "x.h5", "objects": {"cube": {"position": "none"}}}]"#;
+    assert!(import(mapping, &[("a.h5", &one)]).is_ok());
+    assert!(import(mapping, &[("x.h5", &one)]).is_err());
+}
+
 #[test]
 fn three_numbers_of_arrays_are_a_rotation_vector_beside_tables_too() {
     // The cube turned about z, and a table whose columns are called angles.
@@ -236,11 +256,8 @@ fn three_numbers_of_arrays_are_a_rotation_vector_beside_tables_too() {
     for (one, other) in [(x, 0.5 * s), (y, 0.6 * s), (z, 0.7 * s), (w, (angle / 2.0).cos())] {
         assert!((one - other).abs() < 1e-9, "{one} {other}");
     }
-    let mut streams = Streams::new(found.mapping.clone());
-    for (name, bytes) in files {
-        streams.add(name, bytes).expect("added");
-    }
-    assert_eq!(text(&streams.finish().expect("finished").import()), text(&found));
+    let again = import_by(found.mapping.clone(), &files).expect("imported");
+    assert_eq!(text(&again), text(&found));
 }
 
 /// Positions and rotations of three numbers in two sessions, and of none in a third.

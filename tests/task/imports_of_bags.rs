@@ -6,24 +6,14 @@ use std::time::{Duration, Instant};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use symbolt::sim::Seed;
+use symbolt::task::Recording;
 use symbolt::task::import::{Imported, Mapping, Streams};
-use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
-use symbolt::task::{InputFault, Recording};
 
 use crate::bags::{
     Cdr, Message, Numbers, Packing, bag, bag_in, detections, joints, pose_stamped, transforms,
 };
+use crate::imports::{import, import_by, recording, text};
 use crate::streams::{Sampling, Shown, log};
-
-fn import(mapping: &str, files: &[(&str, &[u8])]) -> Result<Imported, InputFault> {
-    let text = format!(r#"{{"format": "symbolt-import", "version": 1{mapping}}}"#);
-    let mut streams = Streams::new(Mapping::parse(text.as_bytes(), "map.json")?);
-    for (name, bytes) in files {
-        streams.add(name, bytes)?;
-    }
-    Ok(streams.finish()?.import())
-}
 
 fn refused(mapping: &str, bytes: &[u8]) -> String {
     import(mapping, &[("a.mcap", bytes)]).expect_err("it is refused").to_string()
@@ -41,19 +31,8 @@ struct Row {
 
 /// The rows of a demonstration, as its table has them.
 fn rows(seed: u64, shown: Shown, rate_hz: f64) -> Vec<Row> {
-    let demonstrations = SyntheticDemonstrations {
-        demos: 1,
-        nuts: 2,
-        bolts: 2,
-        order: Order::Either,
-        fail_rate: 0.0,
-        loss_rate: 0.0,
-        knock_rate: 0.0,
-        events: true,
-    };
-    let exact = demonstrations.record(Seed::new(seed)).expect("it is recorded").recording;
     let sampling = Sampling { rate_hz, noise_m: 1e-3, noise_deg: 1.0, lost: 0.02, shown };
-    let (text, _) = log(&exact, &sampling, seed);
+    let (text, _) = log(&recording(1, seed), &sampling, seed);
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         let number = |at: usize| cells[at].parse::<f64>().expect("a number");
@@ -155,10 +134,6 @@ fn as_poses(rows: &[Row]) -> Vec<Message> {
     rows.iter().flat_map(one).collect()
 }
 
-fn text(found: &Imported) -> String {
-    found.recording.to_jsonl(None).expect("it is written")
-}
-
 #[test]
 fn a_bag_gives_the_same_recording_as_a_table() {
     let packings = [Packing::Zstd, Packing::Lz4, Packing::Chunks, Packing::Plain];
@@ -187,11 +162,32 @@ fn a_bag_gives_the_same_recording_as_a_table() {
             let mapping = by_bag.mapping.to_json().expect("a mapping");
             let mapping = Mapping::parse(mapping.as_bytes(), "m.json").expect("a mapping");
             assert!(!mapping.topics.is_empty(), "{mapping:?}");
-            let mut streams = Streams::new(mapping.clone());
-            streams.add("a.mcap", &bytes).expect("added");
-            let again = streams.finish().expect("finished").import();
+            let again = import_by(mapping.clone(), &[("a.mcap", &bytes)]).expect("imported");
             assert_eq!((text(&again), again.mapping), (text(&by_bag), mapping), "{name}");
         }
+    }
+}
+
+#[test]
+fn ids_do_not_depend_on_which_of_two_topics_comes_first() {
+    let pose = |topic: &str, tick: u64, x: f64| {
+        let t = 1_000_000_000 + tick * 50_000_000;
+        let pose = pose_stamped(t, "world", &[x, 0.1, 0.2, 0.0, 0.0, 0.0, 1.0]);
+        message(topic, "geometry_msgs/msg/PoseStamped", t, pose)
+    };
+    let log = |order: [(&str, f64); 2]| {
+        let messages = (0..100).flat_map(|tick| order.map(|(topic, x)| pose(topic, tick, x)));
+        bag(Packing::Plain, &messages.collect::<Vec<_>>())
+    };
+    let topics = [("/left/cup/pose", 0.3), ("/right/cup/pose", 0.6)];
+    for order in [topics, [topics[1], topics[0]]] {
+        let found = import("", &[("a.mcap", &log(order))]).expect("imported");
+        let tracks = found.sessions[0].parts[0].tracks.iter();
+        let own: BTreeMap<&str, f64> =
+            tracks.map(|track| (&*track.id, track.samples[0].position[0])).collect();
+        assert_eq!(own, BTreeMap::from([("left/cup", 0.3), ("right/cup", 0.6)]));
+        let again = import_by(found.mapping.clone(), &[("a.mcap", &log(order))]);
+        assert_eq!(text(&again.expect("imported")), text(&found));
     }
 }
 
@@ -234,11 +230,8 @@ fn a_bag_and_a_table_in_other_units_are_one_session() {
     };
     assert!(!found.moments.is_empty());
     assert_eq!(events(&found), events(&alone));
-    let mut streams = Streams::new(found.mapping.clone());
-    for (name, bytes) in both {
-        streams.add(name, bytes).expect("added");
-    }
-    assert_eq!(text(&streams.finish().expect("finished").import()), text(&found));
+    let again = import_by(found.mapping.clone(), &both).expect("imported");
+    assert_eq!(text(&again), text(&found));
 }
 
 fn numbers(pose: &Isometry3<f64>) -> Numbers {
@@ -492,7 +485,7 @@ fn a_number_named_a_width_is_taken_before_others_of_the_gripper() {
     assert_eq!(found.unused[0].1, [expected]);
     let twice = r#", "topics": [{"topic": "/tf", "objects": ["a"]}, {"topic": "/tf"}]"#;
     assert_eq!(
-        import(twice, &[]).expect_err("it is refused").to_string(),
+        refused(twice, &[]),
         "map.json, field `topics[1].topic`: it is `/tf`, as in topics[0]; expected each topic once, with all its `objects`"
     );
 }
@@ -613,6 +606,14 @@ fn faults_of_a_bag_name_the_topic_and_the_message() {
         refused("", &bag(Packing::Plain, &two))
             .contains("in the frames map and camera, which no transform connects")
     );
+    // Two channels of one number, which stands before the topic.
+    let mut twice = bag(Packing::Plain, &two);
+    let number =
+        |name: &[u8]| twice.windows(name.len()).position(|own| own == name).map(|at| at - 8);
+    let [one, other] = [&b"/map/pose"[..], b"/camera/pose"].map(|n| number(n).expect("a channel"));
+    twice.copy_within(one..one + 2, other);
+    let problem = refused("", &twice);
+    assert!(problem.contains("field `/camera/pose`: two channels have the number"), "{problem}");
     let both = [two.to_vec(), good.clone()].concat();
     assert!(
         refused("", &bag(Packing::Plain, &both)).contains("which no transform connects to `world`")

@@ -1,5 +1,7 @@
 //! Reads tables of text: comma, semicolon, tab, bar or spaces between fields, with or without comments.
 
+use super::finish::fault;
+use super::found::say;
 use super::layout::{Finder, Layout, Turn};
 use super::mapping::{Angle, TableMap, TimeUnit};
 use super::rows::{Row, Rows, is_missing, number};
@@ -65,13 +67,7 @@ impl Text {
         table: &TableMap,
         guesses: &mut Vec<Guess>,
     ) -> Result<Self, InputFault> {
-        let fault = |problem: &str, expected: &str| InputFault {
-            file: file.into(),
-            line: None,
-            field: String::new(),
-            problem: problem.into(),
-            expected: expected.into(),
-        };
+        let fault = |problem: &str, expected: &str| fault(file, "", problem, expected);
         let delimiter = match table.delimiter {
             Some(c) if !c.is_ascii() => {
                 let expected = "one of , ; | and a tab or space";
@@ -304,10 +300,7 @@ impl Streams {
         if mapping.tables.is_empty() {
             let mut read = layout.described(header, &mapping);
             read.header_rows = (text.rows > 1).then_some(text.rows);
-            match self.tables.iter_mut().find(|(table, _)| *table == read) {
-                Some((_, files)) => files.push(name.to_owned()),
-                None => self.tables.push((read, vec![name.to_owned()])),
-            }
+            say(&mut self.found.tables, read, name);
         }
         if let Some(column) = layout.session {
             self.session.get_or_insert_with(|| header[column].clone());

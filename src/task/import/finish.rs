@@ -2,15 +2,12 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-
 use super::columns::kind_of;
-use super::mapping::{Handed, Length, Mapping, TableMap, TimeUnit, Up};
+use super::mapping::{Handed, Length, Mapping, TimeUnit, Up};
 use super::sessions::{joined, scattered};
 use super::streams::{Dropped, Guess, Part, Sample, Signal, Source, Streams, Track};
 use crate::logs::fits;
 use crate::robot::Pose;
-use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 
 /// The parts of one demonstration, one after the other.
@@ -42,9 +39,15 @@ pub struct Log {
 /// Greatest coordinate of a recording, in metres.
 const FARTHEST: f64 = 1e6;
 
-fn fault(file: &str, field: &str, problem: String, expected: &str) -> InputFault {
-    let (file, field, expected) = (file.to_owned(), field.to_owned(), expected.to_owned());
-    InputFault { file, line: None, field, problem, expected }
+/// A fault in a file without a line. `field` names the column, the topic or the dataset.
+pub(super) fn fault(
+    file: &str,
+    field: &str,
+    problem: impl Into<String>,
+    expected: impl Into<String>,
+) -> InputFault {
+    let (file, field) = (file.into(), field.into());
+    InputFault { file, line: None, field, problem: problem.into(), expected: expected.into() }
 }
 
 /// Axes of the world in axes of the log: rows of an orthogonal matrix, each a column and a sign.
@@ -211,7 +214,7 @@ impl Streams {
         parts.retain(seen);
         if parts.is_empty() {
             let file = self.sources.first().map_or("", |source| &source.file);
-            return Err(fault(file, "", "no object has a pose".into(), "poses of objects"));
+            return Err(fault(file, "", "no object has a pose", "poses of objects"));
         }
         let mut sessions: Vec<Session> = Vec::new();
         let mut index: HashMap<String, usize> = HashMap::new();
@@ -225,16 +228,8 @@ impl Streams {
         for session in &mut sessions {
             session.parts.sort_by(|a, b| natural(&a.part).cmp(&natural(&b.part)));
         }
-        let Self { guesses, dropped, unused, mut mapping, tables, found, .. } = self;
+        let Self { guesses, dropped, unused, mut mapping, found, .. } = self;
         found.write(&mut mapping);
-        let alone = tables.len() == 1;
-        let read = mapping.tables.len();
-        mapping.tables.extend(tables.into_iter().map(|(table, files)| TableMap {
-            files: if alone { String::new() } else { common(&files) },
-            ..table
-        }));
-        // The first that fits is used, so names go before patterns.
-        mapping.tables[read..].sort_by_key(|table| table.files.contains('*'));
         Ok(Log { sessions, guesses, dropped, unused, mapping, rows })
     }
 
@@ -381,20 +376,10 @@ fn set_if_one<T: PartialEq>(to: &mut Option<T>, mut values: impl Iterator<Item =
     }
 }
 
-/// Returns a pattern that fits some names: their common end behind a wildcard.
-fn common(files: &[String]) -> String {
-    let [first, others @ ..] = files else { return String::new() };
-    if others.is_empty() {
-        return first.clone();
-    }
-    let starts = first.char_indices().map(|(at, _)| &first[at..]);
-    let end = starts.into_iter().find(|end| others.iter().all(|other| other.ends_with(end)));
-    format!("*{}", end.unwrap_or_default())
-}
-
-/// Returns a name so that names sort by the numbers in them.
-fn natural(name: &str) -> (u64, &str) {
-    (name.parse().unwrap_or(u64::MAX), name)
+/// Returns a name without the number at its end, and that number, so that names sort by their numbers.
+pub(super) fn natural(name: &str) -> (&str, u64) {
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    (stem, name[stem.len()..].parse().unwrap_or(0))
 }
 
 fn place(sample: &mut Sample, unit_m: f64, axes: Axes, frame: Option<&Pose>) {
@@ -403,14 +388,8 @@ fn place(sample: &mut Sample, unit_m: f64, axes: Axes, frame: Option<&Pose>) {
         sample.orientation = axes.rotation(sample.orientation);
     }
     if let Some(frame) = frame {
-        let turn = frame.rotation();
-        let moved = turn * Vector3::from(sample.position) + Vector3::from(frame.position);
-        sample.position = moved.into();
-        if sample.oriented() {
-            let [x, y, z, w] = sample.orientation;
-            let own = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-            sample.orientation = quaternion_array(&(turn * own));
-        }
+        let own = Pose { position: sample.position, orientation: sample.orientation };
+        Pose { position: sample.position, orientation: sample.orientation } = frame.after(&own);
     }
 }
 
@@ -453,7 +432,17 @@ fn split(part: Part, gap_s: f64) -> Vec<Part> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
     use super::*;
+    use crate::robot::pose::quaternion_array;
+
+    #[test]
+    fn names_sort_by_the_numbers_at_their_ends() {
+        let mut names = ["p10", "p2", "10", "9", "a"];
+        names.sort_by_key(|name| natural(name));
+        assert_eq!(names, ["9", "10", "a", "p2", "p10"]);
+    }
 
     #[test]
     fn axes_turn_up_to_z_and_reflect_left_hands() {

@@ -287,7 +287,7 @@ pub struct Mapping {
     /// Name of the frame in which poses are taken, in logs with several frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// The datasets of logs of arrays, for each group of sessions.
+    /// The datasets of logs of arrays, for each group of sessions. Of a file that no pattern fits they are guessed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub datasets: Vec<DatasetMap>,
     /// Number of rows a second, in logs of arrays without times.
@@ -364,14 +364,21 @@ impl Mapping {
             }
         }
         for (index, own) in mapping.topics.iter().enumerate() {
+            let field = format!("topics[{index}].topic");
+            if own.topic.is_empty() {
+                let expected = "the name of a topic, or a pattern such as /objects/*";
+                return Err(fault(None, &field, "it is empty".into(), expected));
+            }
             if let Some(first) = mapping.topics[..index].iter().position(|t| t.topic == own.topic) {
                 let problem = format!("it is `{}`, as in topics[{first}]", own.topic);
                 let expected = "each topic once, with all its `objects`";
-                return Err(fault(None, &format!("topics[{index}].topic"), problem, expected));
+                return Err(fault(None, &field, problem, expected));
             }
         }
-        if let Some((field, problem, expected)) = mapping.fault_of_logs() {
-            return Err(fault(None, &field, problem, expected));
+        if let Some(rate) = mapping.rate_hz
+            && !(rate > 0.0 && rate.is_finite())
+        {
+            return Err(fault(None, "rate_hz", format!("it is {rate}"), "more than 0 Hz"));
         }
         Ok(mapping)
     }

@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 
 use csv::ByteRecord;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::csv::{LOOK, MOST_ROWS, Text, one_line, reader, syntax};
 use super::layout::{Body, Layout, Turn};
 use super::mapping::{Angle, Rotation, TimeUnit};
+use super::orientation::orientation;
 use super::sessions::Home;
 use super::streams::{Part, Reading, Sample, Signal, Streams};
-use crate::robot::pose::quaternion_array;
+use crate::logs::UNSEEN;
 use crate::task::error::InputFault;
 use crate::task::recording::MAX_NAME;
 
@@ -379,69 +379,29 @@ impl Rows<'_> {
             }
             Ok(true)
         };
-        let orientation = match &body.turn {
-            Turn::None => Sample::UNSEEN,
-            Turn::Quaternion(columns) => {
-                let mut q = [0.0; 4];
-                match read(columns, &mut q)? {
-                    false => Sample::UNSEEN,
-                    true => {
-                        let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-                        if norm < 1e-6 {
-                            into.drop_one("pose whose quaternion is zero");
-                            return Ok(None);
-                        }
-                        if !(0.9..1.1).contains(&norm) {
-                            let problem = format!("the quaternion has the norm {norm:.3}");
-                            return Err(row.fault(
-                                columns[0],
-                                problem,
-                                "a unit quaternion: are these its columns?",
-                            ));
-                        }
-                        q.map(|v| v / norm)
-                    }
+        let (columns, rotation): (&[usize], _) = match &body.turn {
+            Turn::None => (&[], Rotation::Vector),
+            Turn::Quaternion(columns) => (columns, Rotation::Vector),
+            Turn::Three(columns, rotation) => (columns, *rotation),
+            Turn::Matrix(columns) => (columns, Rotation::Vector),
+        };
+        let mut values = [0.0; 9];
+        let values = &mut values[..columns.len()];
+        let orientation = match columns.first() {
+            Some(first) if read(columns, values)? => {
+                let expected = match columns.len() {
+                    4 => "a unit quaternion: are these its columns?",
+                    _ => "a rotation matrix by rows",
+                };
+                let turn = orientation(values, rotation, self.angle)
+                    .map_err(|problem| row.fault(*first, problem, expected))?;
+                if turn[3].is_nan() {
+                    into.drop_one("pose whose quaternion is zero");
+                    return Ok(None);
                 }
+                turn
             }
-            Turn::Three(columns, rotation) => {
-                let mut v = [0.0; 3];
-                match read(columns, &mut v)? {
-                    false => Sample::UNSEEN,
-                    true => {
-                        let scale =
-                            if self.angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
-                        let [a, b, c] = v.map(|v| v * scale);
-                        quaternion_array(&match rotation {
-                            Rotation::Euler => UnitQuaternion::from_euler_angles(a, b, c),
-                            Rotation::Vector => {
-                                UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c))
-                            }
-                        })
-                    }
-                }
-            }
-            Turn::Matrix(columns) => {
-                let mut m = [0.0; 9];
-                match read(columns, &mut m)? {
-                    false => Sample::UNSEEN,
-                    true => {
-                        let matrix = Matrix3::from_row_slice(&m);
-                        if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
-                            && matrix.determinant() > 0.0)
-                        {
-                            let problem = "the nine numbers are not a rotation".to_owned();
-                            return Err(row.fault(
-                                columns[0],
-                                problem,
-                                "a rotation matrix by rows",
-                            ));
-                        }
-                        quaternion_array(&UnitQuaternion::from_rotation_matrix(
-                            &Rotation3::from_matrix_unchecked(matrix),
-                        ))
-                    }
-                }
-            }
+            _ => UNSEEN,
         };
         let extent = &mut into.sources[self.source as usize].extent;
         for value in position {

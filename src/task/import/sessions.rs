@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use super::finish::fault;
 use super::streams::{Part, Streams, Track};
 use crate::logs::captured;
 use crate::task::error::InputFault;
@@ -62,13 +63,7 @@ impl Streams {
         let found = captured(pattern, name).unwrap_or_default();
         let value = |key: &str| found.iter().find(|(k, _)| k == key).map(|(_, v)| (*v).to_owned());
         let problem = "its name does not fit the pattern of `sessions` in the mapping";
-        let session = value("session").ok_or_else(|| InputFault {
-            file: file.into(),
-            line: None,
-            field: String::new(),
-            problem: problem.into(),
-            expected: pattern.clone(),
-        })?;
+        let session = value("session").ok_or_else(|| fault(file, "", problem, &**pattern))?;
         Ok(Home { folder: String::new(), session, part: value("part").unwrap_or_default() })
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use super::logs::Found;
-use super::mapping::{Length, Mapping, Rotation, TableMap, TimeUnit};
+use super::found::Found;
+use super::mapping::{Length, Mapping, Rotation, TimeUnit};
 use super::sessions::Home;
 use crate::robot::Pose;
 
@@ -35,9 +35,6 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// An orientation that was not seen.
-    pub(super) const UNSEEN: [f64; 4] = [f64::NAN; 4];
-
     /// Returns whether the orientation was seen.
     pub fn oriented(&self) -> bool {
         !self.orientation[3].is_nan()
@@ -161,11 +158,9 @@ pub struct Streams {
     pub(super) sources: Vec<Source>,
     pub(super) guesses: Vec<Guess>,
     pub(super) dropped: Vec<Dropped>,
-    /// The tables as they were read, with their files.
-    pub(super) tables: Vec<(TableMap, Vec<String>)>,
     /// Columns that are not used, by file.
     pub(super) unused: Vec<(String, Vec<String>)>,
-    /// What was found in logs that are no tables.
+    /// What was found without a mapping.
     pub(super) found: Found,
     /// Column of the session, once a table has one.
     pub(super) session: Option<String>,
@@ -184,7 +179,6 @@ impl Streams {
             sources: Vec::new(),
             guesses: Vec::new(),
             dropped: Vec::new(),
-            tables: Vec::new(),
             unused: Vec::new(),
             found: Found::default(),
             session: None,

@@ -1,15 +1,14 @@
 //! From the messages of a log to streams: which topics and frames are taken, in which frame, and why.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::sink::fault;
 use crate::logs::bag::Bag;
 use crate::logs::frames::{NO_FRAME, What, Who, compose};
 use crate::logs::messages::Shape;
 use crate::logs::topics::{Asked, Topic, commands, measures_width, names_a_part, opens};
 use crate::logs::{Take, TopicMap, fits};
 use crate::task::error::InputFault;
-use crate::task::import::finish::median;
+use crate::task::import::finish::{fault, median};
 use crate::task::import::mapping::Length;
 use crate::task::import::streams::{Dropped, Reading, Signal, Streams};
 
@@ -217,12 +216,12 @@ impl Feed<'_> {
         let names = &self.bag.frame_names;
         let name = |frame: u32| names.list[frame as usize].as_str();
         let hung = self.bag.items.iter().any(|item| matches!(item.what, What::Edge { .. }));
-        let mut own: Vec<u32> = Vec::new();
+        let (mut own, mut known) = (Vec::new(), vec![false; names.list.len()]);
         for item in &self.bag.items {
             if let What::Pose { frame, .. } = item.what
                 && frame != NO_FRAME
                 && self.bag.topics[item.topic as usize].map.frame.is_none()
-                && !own.contains(&frame)
+                && !std::mem::replace(&mut known[frame as usize], true)
             {
                 own.push(frame);
             }
@@ -272,10 +271,13 @@ impl Feed<'_> {
         let hand = hands
             .min_by_key(|frame| (self.bag.frames.still(*frame), self.bag.frames.up(*frame).len()));
         let arm = hand.map(|hand| self.bag.frames.up(hand)).unwrap_or_default();
-        let elsewhere = self.bag.items.iter().any(|item| match item.what {
-            What::Pose { object, .. } => of_hand(&self.bag.objects.list[object as usize]),
-            What::Edge { .. } => false,
+        let objects = self.bag.items.iter().filter_map(|item| match item.what {
+            What::Pose { object, .. } => Some((item.topic, object)),
+            What::Edge { .. } => None,
         });
+        let objects: HashSet<(u32, u32)> = objects.collect();
+        let elsewhere =
+            objects.into_iter().any(|(topic, object)| of_hand(&self.bag.id(topic, object)));
         for frame in (1..count as u32).filter(|frame| hung(*frame)) {
             let mut topics = self.bag.topics.iter().filter(|t| t.frames.contains(&frame));
             let asked = topics.clone().any(|topic| !topic.map.objects.is_empty());
@@ -331,16 +333,18 @@ impl Feed<'_> {
             &choice.taken,
             &as_is,
             &mut |t, who, pose| {
-                let (id, topic) = match who {
-                    Who::Frame(frame) => (&self.bag.frame_names.list[frame as usize], None),
-                    Who::Object { object, topic } => {
-                        (&self.bag.objects.list[object as usize], Some(topic))
-                    }
+                let topic = match who {
+                    Who::Frame(_) => None,
+                    Who::Object { topic, .. } => Some(topic),
                 };
                 let at = topic.map_or(of_tree, |topic| topic as usize);
                 let track = match tracks.get(&who) {
                     Some(track) => *track,
                     None => {
+                        let id = &match who {
+                            Who::Frame(frame) => self.bag.frame_names.list[frame as usize].clone(),
+                            Who::Object { object, topic } => self.bag.id(topic, object),
+                        };
                         let left = into.mapping.ignores(id)
                             || topic.is_some_and(|topic| !topics[topic as usize].takes(id));
                         let track = match left {
@@ -495,8 +499,7 @@ impl Feed<'_> {
                 None => topics.push(map),
             }
         }
-        let reasons: std::collections::BTreeSet<&str> =
-            choice.left.iter().map(|(_, why)| *why).collect();
+        let reasons: BTreeSet<&str> = choice.left.iter().map(|(_, why)| *why).collect();
         for reason in reasons {
             let own = choice.left.iter().filter(|(_, why)| *why == reason);
             let own: Vec<&str> = own.map(|(frame, _)| name(frame)).collect();

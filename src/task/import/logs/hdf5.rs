@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_pure::{DType, File, Group};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::sink::fault;
-use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions, words};
-use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits, unit};
+use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions};
+use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits, words};
 use crate::robot::Pose;
-use crate::robot::pose::quaternion_array;
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::csv::angle_of;
-use crate::task::import::mapping::{Angle, Mapping, QuaternionOrder, Rotation};
+use crate::task::import::finish::{fault, natural};
+use crate::task::import::found::say;
+use crate::task::import::mapping::{Angle, QuaternionOrder, Rotation};
+use crate::task::import::orientation::orientation;
 use crate::task::import::streams::{Reading, Signal, Streams};
 
 /// Greatest number of groups and datasets, and of groups in groups.
@@ -52,7 +52,7 @@ impl Streams {
     pub(super) fn add_hdf5(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
         let broken = |error: hdf5_pure::Error| {
             let problem = format!("it cannot be read: {}", words(&error));
-            fault(file, "", problem, "a whole HDF5 log")
+            fault(file, "", problem, "a whole HDF5 log, without soft links")
         };
         let hdf5 = File::from_bytes(bytes.to_vec()).map_err(broken)?;
         let mut shapes = BTreeMap::new();
@@ -64,16 +64,15 @@ impl Streams {
         }
         let left = MOST_NUMBERS.min((bytes.len() as u64).saturating_mul(DENSEST));
         let mut arrays = Arrays { file, hdf5, shapes, left, angle: None };
-        let maps = match self.mapping.datasets.is_empty() {
-            false => self.mapping.datasets.clone(),
-            true => {
-                let found = arrays.guessed(self)?;
-                if !self.found.datasets.contains(&found) {
-                    self.found.datasets.push(found.clone());
-                }
-                vec![found]
-            }
-        };
+        let name = file.rsplit('/').next().unwrap_or(file);
+        let of_file = |map: &&DatasetMap| map.files.is_empty() || fits(&map.files, name);
+        let mut maps: Vec<DatasetMap> =
+            self.mapping.datasets.iter().filter(of_file).cloned().collect();
+        if maps.is_empty() {
+            let found = arrays.guessed(self)?;
+            say(&mut self.found.datasets, found.clone(), name);
+            maps.push(found);
+        }
         let mut used = BTreeSet::new();
         let mut sessions = 0;
         for map in &maps {
@@ -126,12 +125,6 @@ fn walk(
     Ok(())
 }
 
-/// Returns a name so that names sort by the number at their end.
-fn natural(name: &str) -> (String, u64) {
-    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    (stem.to_owned(), name[stem.len()..].parse().unwrap_or(0))
-}
-
 /// Returns what a dataset with one number for each row holds, as a column of its name would.
 fn flat(name: &str) -> Option<Flat> {
     match recognise(name)?.field {
@@ -139,37 +132,6 @@ fn flat(name: &str) -> Option<Flat> {
         Field::Width => Some(Flat::Width),
         Field::Grasp => Some(Flat::Grasp),
         _ => None,
-    }
-}
-
-/// Returns the orientation that four, three or nine numbers are.
-///
-/// # Errors
-/// What is wrong, in words.
-fn orientation(values: &[f64], mapping: &Mapping, angle: Angle) -> Result<[f64; 4], String> {
-    match *values {
-        [a, b, c, d] => unit(match mapping.quaternion {
-            Some(QuaternionOrder::Wxyz) => [b, c, d, a],
-            _ => [a, b, c, d],
-        }),
-        [a, b, c] => {
-            let scale = if angle == Angle::Degree { 1f64.to_radians() } else { 1.0 };
-            let [a, b, c] = [a, b, c].map(|v| v * scale);
-            Ok(quaternion_array(&match mapping.rotation {
-                Some(Rotation::Euler) => UnitQuaternion::from_euler_angles(a, b, c),
-                _ => UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)),
-            }))
-        }
-        _ => {
-            let matrix = Matrix3::from_row_slice(values.get(..9).unwrap_or(&[0.0; 9]));
-            if !((matrix * matrix.transpose() - Matrix3::identity()).norm() < 0.2
-                && matrix.determinant() > 0.0)
-            {
-                return Err("the nine numbers are not a rotation".into());
-            }
-            let turn = Rotation3::from_matrix_unchecked(matrix);
-            Ok(quaternion_array(&UnitQuaternion::from_rotation_matrix(&turn)))
-        }
     }
 }
 
@@ -188,7 +150,7 @@ impl Arrays<'_> {
         };
         let mut groups: Vec<String> = self.shapes.keys().filter_map(own).collect();
         groups.dedup();
-        groups.sort_by_key(|group| natural(group));
+        groups.sort_by(|a, b| natural(a).cmp(&natural(b)));
         groups.dedup();
         let place = |group: String| {
             let name = group.rsplit('/').next().unwrap_or_default().to_owned();
@@ -387,13 +349,13 @@ impl Arrays<'_> {
         Ok(())
     }
 
-    /// Says how the three numbers of rotations are read, and returns their unit.
+    /// Says how the three numbers of rotations are read, and returns that and their unit.
     fn three(
         &mut self,
         into: &mut Streams,
         path: &str,
         values: &[f64],
-    ) -> Result<Angle, InputFault> {
+    ) -> Result<(Rotation, Angle), InputFault> {
         let rotation = into.mapping.rotation.unwrap_or(Rotation::Vector);
         into.rotations.push(rotation);
         if into.mapping.rotation.is_none() {
@@ -401,7 +363,7 @@ impl Arrays<'_> {
             into.suppose(self.file, "rotation", rotation.name(), reason);
         }
         if let Some(angle) = into.mapping.angle {
-            return Ok(angle);
+            return Ok((rotation, angle));
         }
         let (angle, greatest) = angle_of(values.iter().copied());
         match &self.angle {
@@ -422,7 +384,7 @@ impl Arrays<'_> {
             }
             Some(_) => {}
         }
-        Ok(angle)
+        Ok((rotation, angle))
     }
 
     /// Puts the poses of an object, or of several, into their tracks.
@@ -456,9 +418,9 @@ impl Arrays<'_> {
                 Some((path, size, values))
             }
         };
-        let angle = match &turns {
+        let (rotation, angle) = match &turns {
             Some((path, 3, values)) => self.three(into, path, values)?,
-            _ => Angle::Radian,
+            _ => (Rotation::Vector, Angle::Radian),
         };
         let count = layout.objects;
         if count > 1_000 {
@@ -498,17 +460,22 @@ impl Arrays<'_> {
                     let expected = "the last row 0, 0, 0, 1, and the position in the last column";
                     fault(self.file, &own.position, problem, expected)
                 })?;
-                let (field, turn) = match &turns {
+                let (field, mut turn) = match &turns {
                     None => (&own.position, inner),
                     Some((path, size, values)) => {
                         let at = (row * count + number) * size;
                         (*path, values.get(at..at + size).unwrap_or_default().to_vec())
                     }
                 };
+                if let (&[w, x, y, z], Some(QuaternionOrder::Wxyz)) =
+                    (&*turn, into.mapping.quaternion)
+                {
+                    turn = vec![x, y, z, w];
+                }
                 let seen = turn.iter().all(|v| v.is_finite()) && !turn.is_empty();
                 let orientation = match seen {
                     false => UNSEEN,
-                    true => orientation(&turn, &into.mapping, angle).map_err(|problem| {
+                    true => orientation(&turn, rotation, angle).map_err(|problem| {
                         let problem = format!("row {row}: {problem}");
                         fault(self.file, field, problem, "a rotation in each row")
                     })?,
@@ -526,9 +493,9 @@ impl Arrays<'_> {
         for path in self.shapes.keys().filter(|path| !used.contains(*path)) {
             let plain: Vec<String> = path
                 .split('/')
-                .map(|name| match natural(name) {
-                    (stem, _) if stem.len() < name.len() && is_session(name) => stem + "*",
-                    _ => name.to_owned(),
+                .map(|name| match is_session(name) {
+                    true => format!("{}*", natural(name).0),
+                    false => name.to_owned(),
                 })
                 .collect();
             let plain = plain.join("/");

@@ -2,14 +2,12 @@
 
 #[cfg(feature = "mcap")]
 mod feed;
-mod found;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 #[cfg(any(feature = "mcap", feature = "hdf5"))]
 mod sink;
 
-pub(super) use found::Found;
-
+use super::finish::fault;
 use super::streams::Streams;
 use crate::task::error::InputFault;
 
@@ -36,16 +34,9 @@ impl Streams {
     /// # Errors
     /// [`InputFault`] with the place of the first fault, or if this build does not read such logs.
     pub fn add(&mut self, file: &str, bytes: &[u8]) -> Result<(), InputFault> {
-        let fault = |problem: String, expected: String| InputFault {
-            file: file.into(),
-            line: None,
-            field: String::new(),
-            problem,
-            expected,
-        };
         let unbuilt = |what: &str, feature: &str| {
             let expected = format!("a CSV log, or a build with `--features {feature}`");
-            fault(format!("it is {what} log, which this build does not read"), expected)
+            fault(file, "", format!("it is {what} log, which this build does not read"), expected)
         };
         if bytes.starts_with(MCAP) {
             #[cfg(feature = "mcap")]
@@ -64,7 +55,7 @@ impl Streams {
         let other = OTHERS.iter().find(|(start, ..)| bytes.starts_with(start));
         match other {
             Some((_, what, expected)) => {
-                Err(fault(format!("it is {what}, which is not read"), (*expected).into()))
+                Err(fault(file, "", format!("it is {what}, which is not read"), *expected))
             }
             None => self.add_csv(file, bytes),
         }

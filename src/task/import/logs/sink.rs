@@ -3,20 +3,10 @@
 use crate::robot::Pose;
 use crate::task::error::InputFault;
 use crate::task::import::csv::MOST_ROWS;
+use crate::task::import::finish::fault;
 use crate::task::import::mapping::TimeUnit;
 use crate::task::import::streams::{Guess, Sample, Source, Streams};
 use crate::task::recording::MAX_NAME;
-
-/// A fault in a log that has no lines. `field` names the topic or the dataset.
-pub(super) fn fault(
-    file: &str,
-    field: &str,
-    problem: impl Into<String>,
-    expected: impl Into<String>,
-) -> InputFault {
-    let (file, field) = (file.into(), field.into());
-    InputFault { file, line: None, field, problem: problem.into(), expected: expected.into() }
-}
 
 impl Streams {
     /// Notes a guess, once for all files that give the same.
