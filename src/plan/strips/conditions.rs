@@ -409,14 +409,8 @@ impl<'a> Scope<'a> {
         let cost = function.head() == Some(TOTAL_COST) && tail(function).is_empty()
             || function.word() == Some(TOTAL_COST);
         let declared = self.domain.functions.iter().any(|f| f.name == TOTAL_COST);
-        let atom = if cost && !(declared && function.list().is_some()) {
-            self.source.warn(
-                function.place,
-                match declared {
-                    true => "`total-cost` has no parentheses",
-                    false => "`total-cost` is not declared in :functions",
-                },
-            );
+        let atom = if cost && !declared {
+            self.source.warn(function.place, "`total-cost` is not declared in :functions");
             Atom { predicate: TOTAL_COST.into(), arguments: Vec::new() }
         } else {
             self.function(function)?
@@ -502,6 +496,13 @@ impl<'a> Scope<'a> {
     }
 
     fn function(&self, node: &Node) -> Result<Atom, PddlFault> {
+        let alone = |name: &str| {
+            self.domain.functions.iter().any(|f| f.name == name && f.parameters.is_empty())
+        };
+        if let Some(name) = node.word().filter(|word| alone(word)) {
+            self.source.warn(node.place, format!("`{}` has no parentheses", short(name)));
+            return Ok(Atom { predicate: name.to_owned(), arguments: Vec::new() });
+        }
         if node.head().is_none() {
             let expected = "a number, (FUNCTION ...) or (+ ...) (object fluents are not read)";
             return Err(self.source.unexpected(node, "numeric expression", expected));
