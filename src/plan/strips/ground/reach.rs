@@ -3,6 +3,7 @@
 //! What actions make false is ignored.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::rc::Rc;
 
 use super::lower::{Argument, Atom, Base, Fitting, Formula, Ground, Lower, UNBOUND};
@@ -257,12 +258,23 @@ pub(super) struct Reach<'s, 'b, 'a> {
     index: HashMap<(u32, u32, u32), Vec<u32>>,
 }
 
+/// A variant, and what it waits for.
+struct Waiting<'s> {
+    schema: usize,
+    at: usize,
+    variant: &'s Variant,
+    /// Facts that it needs whatever the objects. Those at the end may be reached.
+    facts: Vec<Ground>,
+    /// Whether its calls were looked for.
+    begun: bool,
+}
+
 /// A search for calls.
 struct Join<'j> {
     schema: usize,
     variant: &'j Variant,
     at: usize,
-    /// Needs that are not joined yet.
+    /// Needs that are not joined yet. Those without variables hold.
     open: Vec<bool>,
     bound: Vec<u32>,
     /// Slots that needs have bound, the last at the end.
@@ -312,32 +324,38 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         let mut calls: HashSet<Call> = HashSet::new();
         // Facts before these counts were reached in earlier rounds.
         let mut old = vec![0; self.reached.len()];
-        let mut first = true;
+        let none = old.clone();
+        let mut waiting = self.waiting();
         loop {
             let now: Vec<usize> = self.reached.iter().map(Vec::len).collect();
             let mut found = Vec::new();
-            for (at, schema) in self.schemas.iter().enumerate() {
-                for (v, variant) in schema.variants.iter().enumerate() {
-                    let mut join = Join {
-                        schema: at,
-                        variant,
-                        at: v,
-                        open: vec![true; variant.needs.len()],
-                        bound: vec![UNBOUND; schema.fitting.len()],
-                        trail: Vec::new(),
-                        fresh: 0,
-                        old: &old,
-                        now: &now,
-                        found: HashSet::new(),
-                    };
-                    self.fresh(&mut join, first)?;
-                    found.extend(join.found.into_iter().filter(|call| !calls.contains(call)));
-                    if calls.len() + found.len() > MAX_GROUND {
-                        return Err(TooLarge::new("reachable actions", MAX_GROUND));
-                    }
+            for Waiting { schema, at, variant, facts, begun } in &mut waiting {
+                while facts.last().is_some_and(|fact| self.known.facts.contains_key(fact)) {
+                    facts.pop();
+                }
+                if !facts.is_empty() {
+                    continue;
+                }
+                let first = !std::mem::replace(begun, true);
+                let mut join = Join {
+                    schema: *schema,
+                    variant,
+                    at: *at,
+                    open: variant.needs.iter().map(Atom::has_slots).collect(),
+                    bound: vec![UNBOUND; self.schemas[*schema].fitting.len()],
+                    trail: Vec::new(),
+                    fresh: 0,
+                    old: if first { &none } else { &old },
+                    now: &now,
+                    found: HashSet::new(),
+                };
+                self.fresh(&mut join, first)?;
+                found.extend(join.found.into_iter().filter(|call| !calls.contains(call)));
+                if calls.len() + found.len() > MAX_GROUND {
+                    return Err(TooLarge::new("reachable actions", MAX_GROUND));
                 }
             }
-            (old, first) = (now, false);
+            old = now;
             let before = self.known.facts.len();
             found.sort_unstable();
             for call in found {
@@ -355,20 +373,55 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         }
     }
 
+    fn waiting(&self) -> Vec<Waiting<'s>> {
+        let all = self.schemas.iter().enumerate().flat_map(|(schema, own)| {
+            own.variants.iter().enumerate().map(move |(at, variant)| {
+                let certain = variant.needs.iter().filter(|need| !need.has_slots());
+                let facts = certain.filter_map(|need| need.ground(&[])).collect();
+                Waiting { schema, at, variant, facts, begun: false }
+            })
+        });
+        all.collect()
+    }
+
     /// Finds the calls of a variant for which some need is a fact of the last round.
     fn fresh(&self, join: &mut Join<'_>, first: bool) -> Result<(), TooLarge> {
-        if join.variant.needs.is_empty() {
+        if !join.open.contains(&true) {
             return if first { self.extend(join) } else { Ok(()) };
         }
-        for (at, need) in join.variant.needs.iter().enumerate() {
+        for (at, need) in join.variant.needs.iter().enumerate().filter(|(_, n)| n.has_slots()) {
             let predicate = need.predicate as usize;
-            join.open[at] = false;
             join.fresh = at;
-            for fact in join.old[predicate]..join.now[predicate] {
-                self.with_fact(join, need, fact)?;
-            }
-            join.open[at] = true;
+            let facts = self.candidates(need, &join.bound);
+            self.with_facts(join, at, facts, join.old[predicate]..join.now[predicate])?;
         }
+        Ok(())
+    }
+
+    /// Makes a need each of some facts in turn: of those listed, or of all of its predicate, that are in a range.
+    fn with_facts(
+        &self,
+        join: &mut Join<'_>,
+        at: usize,
+        facts: Option<&[u32]>,
+        range: Range<usize>,
+    ) -> Result<(), TooLarge> {
+        let need = &join.variant.needs[at];
+        join.open[at] = false;
+        match facts {
+            Some(facts) => {
+                let from = facts.partition_point(|fact| (*fact as usize) < range.start);
+                for fact in facts[from..].iter().take_while(|fact| (**fact as usize) < range.end) {
+                    self.with_fact(join, need, *fact as usize)?;
+                }
+            }
+            None => {
+                for fact in range {
+                    self.with_fact(join, need, fact)?;
+                }
+            }
+        }
+        join.open[at] = true;
         Ok(())
     }
 
@@ -414,32 +467,16 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         }
         // The need with the fewest facts that agree comes first.
         let variant = join.variant;
-        let mut best: Option<(usize, Option<&Vec<u32>>, usize)> = None;
+        let mut best: Option<(usize, Option<&[u32]>, usize)> = None;
         for (at, need) in variant.needs.iter().enumerate().filter(|(at, _)| join.open[*at]) {
-            let (facts, count) = self.candidates(need, &join.bound);
-            let count = count.min(join.limit(at));
+            let facts = self.candidates(need, &join.bound);
+            let count = facts.map_or(usize::MAX, <[u32]>::len).min(join.limit(at));
             if best.is_none_or(|(.., least)| count < least) {
                 best = Some((at, facts, count));
             }
         }
-        if let Some((at, facts, count)) = best {
-            let need = &variant.needs[at];
-            let limit = join.limit(at);
-            join.open[at] = false;
-            match facts {
-                Some(facts) => {
-                    for fact in facts.iter().map(|f| *f as usize).take_while(|f| *f < limit) {
-                        self.with_fact(join, need, fact)?;
-                    }
-                }
-                None => {
-                    for fact in 0..count {
-                        self.with_fact(join, need, fact)?;
-                    }
-                }
-            }
-            join.open[at] = true;
-            return Ok(());
+        if let Some((at, facts, _)) = best {
+            return self.with_facts(join, at, facts, 0..join.limit(at));
         }
         match variant.slots.iter().find(|slot| join.bound[**slot] == UNBOUND) {
             None => {
@@ -461,17 +498,19 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         Ok(())
     }
 
-    /// Returns the facts that may agree with a need (`None` for all facts of its predicate), and their number.
-    fn candidates(&self, need: &Atom, bound: &[u32]) -> (Option<&Vec<u32>>, usize) {
-        let mut best = (None, self.reached[need.predicate as usize].len());
+    /// Returns the facts that may agree with a need; `None` for all facts of its predicate.
+    fn candidates(&self, need: &Atom, bound: &[u32]) -> Option<&[u32]> {
+        let mut best: Option<&[u32]> = None;
         for (place, argument) in (0..).zip(&need.arguments) {
             let object = argument.object(bound);
             if object == UNBOUND {
                 continue;
             }
             match self.index.get(&(need.predicate, place, object)) {
-                None => return (None, 0),
-                Some(facts) if facts.len() < best.1 => best = (Some(facts), facts.len()),
+                None => return Some(&[]),
+                Some(facts) if best.is_none_or(|best| facts.len() < best.len()) => {
+                    best = Some(facts);
+                }
                 Some(_) => {}
             }
         }
