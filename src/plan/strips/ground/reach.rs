@@ -242,6 +242,9 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
         for (at, need) in variant.needs.iter().enumerate().filter(|(at, _)| join.open[*at]) {
             let facts = self.candidates(need, &join.bound);
             let count = facts.map_or(usize::MAX, <[u32]>::len).min(join.limit(at));
+            if count == 0 {
+                return Ok(());
+            }
             if best.is_none_or(|(.., least)| count < least) {
                 best = Some((at, facts, count));
             }
