@@ -220,7 +220,7 @@ pub(super) fn demonstrations(view: &View<'_>, found: &mut Found) {
     }
     let all = Summary::of(view);
     let poses = view.starts_by_kind.values().map(Vec::len).sum::<usize>().max(1);
-    let compared = (LOOKS / poses).clamp(COMPARED[0], COMPARED[1]);
+    let compared = (LOOKS / poses).clamp(COMPARED[0], COMPARED[1]).min(view.demos.len());
     let (mut own, mut disagree) = (Found::default(), 0);
     for (d, demo) in view.demos.iter().enumerate().take(compared) {
         let before = own.count();
@@ -238,7 +238,7 @@ pub(super) fn demonstrations(view: &View<'_>, found: &mut Found) {
         disagree += usize::from(own.count() > before);
     }
     // If most demonstrations disagree with the others, nothing is usual.
-    if 2 * disagree <= view.demos.len() || own.has(DoubtKind::BelowTable) {
+    if 2 * disagree <= compared || own.has(DoubtKind::BelowTable) {
         found.take(own);
     }
 }

@@ -105,12 +105,12 @@ fn swaps<'a>(view: &View<'a>, found: &mut Found) -> Vec<Swap<'a>> {
 
 /// A named object that lies still while another moves.
 fn labels(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
-    struct Wrong {
+    struct Wrong<'a> {
         doubt: Doubt,
-        named: String,
-        mover: String,
+        named: &'a str,
+        mover: &'a str,
     }
-    let mut wrong: Vec<Wrong> = Vec::new();
+    let mut wrong: Vec<Wrong<'_>> = Vec::new();
     let mut movers: BTreeMap<&str, usize> = BTreeMap::new();
     for demo in &view.demos {
         for hold in &demo.holds {
@@ -161,20 +161,22 @@ fn labels(view: &View<'_>, swapped: &[Swap<'_>]) -> Vec<Doubt> {
                          leave `object` out",
                     other.id
                 )),
-                named: named.kind.into(),
-                mover: other.kind.into(),
+                named: named.kind,
+                mover: other.kind,
             });
         }
     }
     // What never moves itself but always moves one kind is a mechanism, such as a button and its door.
-    let mechanism = |w: &Wrong| {
-        let own = wrong.iter().filter(|x| x.named == w.named);
-        !movers.contains_key(&*w.named) && own.clone().count() >= 3 && {
-            own.clone().all(|x| x.mover == w.mover) && !movers.contains_key(&*w.mover)
-        }
-    };
-    let kept: Vec<bool> = wrong.iter().map(|w| !mechanism(w)).collect();
-    wrong.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(w, _)| w.doubt).collect()
+    let mut moved_by: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for w in &wrong {
+        moved_by.entry(w.named).or_default().push(w.mover);
+    }
+    moved_by.retain(|named, by| {
+        let one = by.iter().all(|mover| *mover == by[0]) && !movers.contains_key(by[0]);
+        one && by.len() >= 3 && !movers.contains_key(named)
+    });
+    wrong.retain(|w| !moved_by.contains_key(w.named));
+    wrong.into_iter().map(|w| w.doubt).collect()
 }
 
 /// Movements that no hand and no fall explains.

@@ -165,14 +165,10 @@ pub(super) fn units(view: &View<'_>, found: &mut Found) -> bool {
     if metres == 0.0 || fits(metres) {
         return false;
     }
-    let doubt = unit(String::new(), metres, "the scene is");
+    let mut doubt = unit(String::new(), metres, "the scene is");
     let drives = (WIDEST_M..DRIVEN_M).contains(&metres);
-    let reading = if drives {
-        doubt.reading.clone() + ", or the robot drives"
-    } else {
-        doubt.reading.clone()
-    };
-    found.extend([doubt.reading(reading)]);
+    doubt.reading += if drives { ", or the robot drives" } else { "" };
+    found.extend([doubt]);
     !drives
 }
 

@@ -36,6 +36,8 @@ fn sound_lines_are_read() {
     assert_eq!(recording.demos.len(), 1);
     assert_eq!(recording.demos[0].snapshots.len(), 2);
     assert_eq!(labels, [[None, None]]);
+    let marked = format!("\u{feff}{text}");
+    assert_eq!(Recording::parse(marked.as_bytes(), "x").expect("sound"), (recording, labels));
 }
 
 #[test]

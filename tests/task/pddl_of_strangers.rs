@@ -254,6 +254,26 @@ fn a_type_is_a_predicate_of_the_goal_alone() {
 }
 
 #[test]
+fn variables_of_one_name_stay_apart_when_they_are_printed() {
+    let domain =
+        "(define (domain d) (:types box) (:predicates (p ?x) (q ?x)) (:action a :parameters (?x)
+        :effect (when (not (q ?x)) (forall (?x) (when (p ?x) (forall (?x) (q ?x)))))))";
+    let problem =
+        "(define (problem p) (:domain d) (:objects o1 o2 - object b - box) (:init (p o1) (q o2))
+        (:goal (and (q b) (exists (?a-box) (and (box ?a-box) (q ?a-box))))))";
+    let (domain, problem) = read(domain.as_bytes(), problem.as_bytes()).unwrap();
+    let (domain_text, problem_text) = (domain.to_string(), problem.to_string());
+    let again = read(domain_text.as_bytes(), problem_text.as_bytes()).unwrap();
+    for plan in [["(a o1)"], ["(a o2)"]] {
+        let sound = plan == ["(a o1)"];
+        assert_eq!(validate(&domain, &problem, plan).is_ok(), sound);
+        assert_eq!(validate(&again.0, &again.1, plan).is_ok(), sound, "{domain_text}");
+    }
+    let operators = |(domain, problem)| Grounded::new(domain, problem).unwrap().operators;
+    assert_eq!(operators((&domain, &problem)), operators((&again.0, &again.1)), "{problem_text}");
+}
+
+#[test]
 fn predicates_are_declared_twice_and_by_arity() {
     warned(
         changed(["(free ?p - place)", "(free ?p - place) (free ?q - place)"], NONE),
@@ -311,9 +331,13 @@ fn commas_an_equality_that_is_declared_and_costs_without_parentheses_are_read() 
     );
     let domain = DOMAIN.replace("(:predicates", "(:functions (total-cost)) (:predicates");
     let domain = domain.replace("(not (free ?b))", "(not (free ?b)) (increase total-cost 3)");
-    let (domain, problem) = read(domain.as_bytes(), PROBLEM.as_bytes()).unwrap();
+    let problem = PROBLEM.replace("(:goal", "(:metric minimize total-cost) (:goal");
+    let (domain, problem) = read(domain.as_bytes(), problem.as_bytes()).unwrap();
     assert_eq!(Grounded::new(&domain, &problem).unwrap().operators[0].cost.value(), 3.0);
-    warned(Ok((domain, problem)), "`total-cost` has no parentheses");
+    let warnings = moved(Ok((domain, problem)));
+    let sloppy = |w: &&String| w.ends_with("`total-cost` has no parentheses");
+    assert_eq!(warnings.iter().filter(sloppy).count(), 2, "{warnings:?}");
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
     warned(
         changed(NONE, ["(:goal", "(:metric minimize (total-cost)) (:goal"]),
         "the domain has no function `total-cost`: the metric is ignored; only (minimize (FUNCTION OBJECT ...)) is read",

@@ -1,15 +1,14 @@
-//! Reads conditions, effects and numeric expressions.
+//! Reads conditions and effects.
 
 use std::cell::RefCell;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
-use super::formula::{
-    Comparison, Condition, ConditionalEffect, Expression, Function, Increase, Number, Operation,
-};
+use super::formula::{Comparison, Condition, ConditionalEffect, Expression};
 use super::lists::{MAX_NAMES, meant, tail};
+use super::numbers::Numbers;
 use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
-use super::sexpr::{Node, PddlFault, Place, Source, short};
+use super::sexpr::{Node, PddlFault, Source, short};
 
 /// Conditions on trajectories, which PDDL 3 has.
 const MODAL: [&str; 10] = [
@@ -25,63 +24,9 @@ const MODAL: [&str; 10] = [
     "preference",
 ];
 
-/// Greatest number of arguments that a sum or a product may have.
-const MAX_OPERANDS: usize = 32;
-
-/// The functions that conditions compare and that actions change.
-#[derive(Debug, Default)]
-pub(super) struct Numbers {
-    /// With the place of the first comparison.
-    compared: HashMap<String, Place>,
-    changed: Vec<(Place, String)>,
-}
-
-impl Numbers {
-    /// Marks the functions that change. Refuses a comparison of one, because it is not known at grounding.
-    pub fn finish(self, source: Source<'_>, domain: &mut Domain) -> Result<(), PddlFault> {
-        let mut known = HashSet::new();
-        for (place, name) in self.changed.iter().filter(|(_, name)| known.insert(name)) {
-            match domain.functions.iter_mut().find(|f| f.name == *name) {
-                Some(function) => function.changes = true,
-                // Only a cost may be undeclared.
-                None => domain.functions.push(Function {
-                    name: name.clone(),
-                    parameters: Vec::new(),
-                    changes: true,
-                }),
-            }
-            if let Some(place) = self.compared.get(name) {
-                return Err(source.numeric(*place, name));
-            }
-            if name != TOTAL_COST {
-                let what = format!(
-                    "changes of the number `{}` decide nothing and are ignored",
-                    short(name)
-                );
-                source.warn(*place, what);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Name of the function that is the cost of a plan.
-pub(super) const TOTAL_COST: &str = "total-cost";
-
-impl Source<'_> {
-    /// Refuses a condition on a number that actions change.
-    pub fn numeric(&self, place: Place, name: &str) -> PddlFault {
-        let problem = format!(
-            "the condition depends on the numeric fluent `{}`, which actions change; of those only costs are read",
-            short(name)
-        );
-        self.fault(place, problem, "a condition on predicates")
-    }
-}
-
 /// Greatest number of parts of all conditions and expressions of an action that are written once and stand in several
 /// places.
-const MAX_COPIED: usize = 200_000;
+pub(super) const MAX_COPIED: usize = 200_000;
 
 /// What is around an effect.
 #[derive(Clone)]
@@ -103,11 +48,11 @@ pub(super) struct Scope<'a> {
     pub variables: Vec<Typed>,
     /// The value of `?duration`.
     pub duration: Option<Rc<Expression>>,
-    numbers: &'a RefCell<Numbers>,
+    pub numbers: &'a RefCell<Numbers>,
     /// Types that are used as predicates.
     kinds: &'a mut BTreeSet<String>,
     /// Number of parts of the conditions of effects, and of the durations in expressions.
-    copied: usize,
+    pub copied: usize,
 }
 
 impl<'a> Scope<'a> {
@@ -253,7 +198,7 @@ impl<'a> Scope<'a> {
     }
 
     /// Reads variables and objects, and checks their types.
-    fn terms(&self, nodes: &[Node], wanted: Option<&[Typed]>) -> Result<Vec<Term>, PddlFault> {
+    pub fn terms(&self, nodes: &[Node], wanted: Option<&[Typed]>) -> Result<Vec<Term>, PddlFault> {
         let mut terms = Vec::new();
         for (index, argument) in nodes.iter().enumerate() {
             let word = self.source.word(argument, "argument")?;
@@ -388,129 +333,13 @@ impl<'a> Scope<'a> {
     }
 
     /// Counts the parts of what stands in a further place. Refuses too many.
-    fn copy(&mut self, node: &Node, size: usize, problem: &str) -> Result<(), PddlFault> {
+    pub fn copy(&mut self, node: &Node, size: usize, problem: &str) -> Result<(), PddlFault> {
         self.copied += size;
         if self.copied <= MAX_COPIED {
             return Ok(());
         }
         let expected = format!("at most {MAX_COPIED} parts of conditions and expressions");
         Err(self.source.fault(node.place, problem, expected))
-    }
-
-    /// Reads the change of a number. `alone` says that it is neither under a condition nor for all objects of a type.
-    fn change(
-        &mut self,
-        node: &Node,
-        [function, amount]: [&Node; 2],
-        alone: bool,
-        action: &mut Action,
-    ) -> Result<(), PddlFault> {
-        let head = node.head().unwrap_or_default();
-        let cost = function.head() == Some(TOTAL_COST) && tail(function).is_empty()
-            || function.word() == Some(TOTAL_COST);
-        let declared = self.domain.functions.iter().any(|f| f.name == TOTAL_COST);
-        let atom = if cost && !(declared && function.list().is_some()) {
-            self.source.warn(
-                function.place,
-                match declared {
-                    true => "`total-cost` has no parentheses",
-                    false => "`total-cost` is not declared in :functions",
-                },
-            );
-            Atom { predicate: TOTAL_COST.into(), arguments: Vec::new() }
-        } else {
-            self.function(function)?
-        };
-        self.numbers.borrow_mut().changed.push((node.place, atom.predicate.clone()));
-        if head != "increase" || !alone {
-            if cost {
-                let what = format!(
-                    "`({head} ...)` of the cost under a condition, or other than by `increase`, is not counted"
-                );
-                self.source.warn(node.place, what);
-            }
-            return Ok(());
-        }
-        // What is not a cost is ignored, whatever the amount.
-        match self.expression(amount) {
-            Ok(amount) => action.increases.push(Increase { function: atom, amount }),
-            Err(fault) if cost || self.copied > MAX_COPIED => return Err(fault),
-            Err(_) => {}
-        }
-        Ok(())
-    }
-
-    fn compare(
-        &mut self,
-        comparison: Comparison,
-        left: &Node,
-        right: &Node,
-    ) -> Result<Condition, PddlFault> {
-        let mut sides = Vec::new();
-        for node in [left, right] {
-            let side = self.expression(node)?;
-            for atom in side.functions() {
-                let known = self.domain.functions.iter().find(|f| f.name == atom.predicate);
-                if known.is_some_and(|function| function.changes) {
-                    return Err(self.source.numeric(node.place, &atom.predicate));
-                }
-                let compared = &mut self.numbers.borrow_mut().compared;
-                compared.entry(atom.predicate.clone()).or_insert(node.place);
-            }
-            sides.push(side);
-        }
-        let right = sides.pop().unwrap_or(Expression::Number(Number::default()));
-        let left = sides.pop().unwrap_or(Expression::Number(Number::default()));
-        Ok(Condition::Compare(comparison, left, right))
-    }
-
-    /// Reads a numeric expression.
-    pub fn expression(&mut self, node: &Node) -> Result<Expression, PddlFault> {
-        if let Some(word) = node.word() {
-            if word == "?duration"
-                && let Some(duration) = self.duration.clone()
-            {
-                self.copy(node, duration.size(), "the durations are too large")?;
-                return Ok(Expression::clone(&duration));
-            }
-            let number = word.parse().ok().and_then(Number::new);
-            if let Some(number) = number {
-                return Ok(Expression::Number(number));
-            }
-        }
-        let operation = match node.head() {
-            Some("+") => Operation::Add,
-            Some("-") => Operation::Subtract,
-            Some("*") => Operation::Multiply,
-            Some("/") => Operation::Divide,
-            _ => return Ok(Expression::Function(self.function(node)?)),
-        };
-        let binary = |left, right| Expression::Binary(operation, Box::new(left), Box::new(right));
-        match tail(node) {
-            [only] if operation == Operation::Subtract => {
-                Ok(binary(Expression::Number(Number::default()), self.expression(only)?))
-            }
-            [first, rest @ ..] if !rest.is_empty() && rest.len() < MAX_OPERANDS => {
-                let mut all = self.expression(first)?;
-                for next in rest {
-                    all = binary(all, self.expression(next)?);
-                }
-                Ok(all)
-            }
-            _ => Err(self.source.unexpected(node, "complete sum or product", "two numbers")),
-        }
-    }
-
-    fn function(&self, node: &Node) -> Result<Atom, PddlFault> {
-        if node.head().is_none() {
-            let expected = "a number, (FUNCTION ...) or (+ ...) (object fluents are not read)";
-            return Err(self.source.unexpected(node, "numeric expression", expected));
-        }
-        let known = self.domain.functions.iter().map(|f| (f.name.as_str(), f.parameters.len()));
-        let index = self.source.applied_to(node, "function", known)?;
-        let function = &self.domain.functions[index];
-        let arguments = self.terms(tail(node), Some(&function.parameters))?;
-        Ok(Atom { predicate: function.name.clone(), arguments })
     }
 }
 

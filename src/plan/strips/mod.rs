@@ -3,7 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `pddl`, `formula` | [`Domain`], [`Problem`], literals of actions; other conditions, effects and numbers |
-//! | `lists`, `read`, `conditions`, `durative`, `problem` | the readers of domains and problems |
+//! | `lists`, `read`, `conditions`, `numbers`, `durative`, `problem` | the readers of domains and problems |
 //! | `write` | the printer |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
 //! | `shorten` | [`shorten`](shorten()): takes detours out of a plan |
@@ -30,6 +30,7 @@ mod durative;
 mod formula;
 mod ground;
 mod lists;
+mod numbers;
 mod pddl;
 mod problem;
 mod read;

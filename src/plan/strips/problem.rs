@@ -3,9 +3,10 @@
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::conditions::{Numbers, Scope, TOTAL_COST, split};
+use super::conditions::{Scope, split};
 use super::formula::{Condition, Expression, Number};
 use super::lists::{meant, tail};
+use super::numbers::{Numbers, TOTAL_COST};
 use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
 

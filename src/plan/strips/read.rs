@@ -6,9 +6,10 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::conditions::{Numbers, Scope};
+use super::conditions::Scope;
 use super::formula::{Derived, Function};
 use super::lists::{MAX_NAMES, meant, tail};
+use super::numbers::Numbers;
 use super::pddl::{Action, Domain, EQUAL, OBJECT, Predicate, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
 

@@ -27,6 +27,39 @@ impl Display for TypedList<'_> {
     }
 }
 
+/// Returns whether a condition names a parameter.
+fn mentions(condition: &Condition, position: usize) -> bool {
+    let of = |atom: &Atom| atom.arguments.contains(&Term::Parameter(position));
+    match condition {
+        Condition::Literal(l) => of(&l.atom),
+        Condition::Compare(_, left, right) => {
+            [left, right].iter().any(|side| side.functions().into_iter().any(of))
+        }
+        Condition::Not(inner) | Condition::Exists(_, inner) | Condition::Forall(_, inner) => {
+            mentions(inner, position)
+        }
+        Condition::All(parts) | Condition::Any(parts) => {
+            parts.iter().any(|part| mentions(part, position))
+        }
+    }
+}
+
+/// Returns variables under names that hide none that is mentioned: as printed, the innermost of a name counts.
+fn apart(variables: &[Typed], around: &[&str], mentioned: impl Fn(usize) -> bool) -> Vec<Typed> {
+    let mut all = variables.to_vec();
+    for at in (0..all.len()).rev() {
+        let hides = |all: &[Typed]| {
+            let name = all[at].name.as_str();
+            around.iter().enumerate().any(|(i, other)| *other == name && mentioned(i))
+                || all[at + 1..].iter().any(|v| v.name == name) && mentioned(around.len() + at)
+        };
+        while hides(&all) {
+            all[at].name.push('_');
+        }
+    }
+    all
+}
+
 /// A literal of an action, with the names of its parameters.
 pub struct Shown<'a> {
     /// The literal.
@@ -84,14 +117,12 @@ impl Display for ShownCondition<'_> {
                 f.write_str(")")
             }
             Condition::Exists(variables, inner) | Condition::Forall(variables, inner) => {
+                let variables = apart(variables, names, |position| mentions(inner, position));
+                let own = variables.iter().map(|v| v.name.as_str());
+                let all: Vec<&str> = names.iter().copied().chain(own).collect();
                 let exists = matches!(shown, Condition::Exists(..));
-                let all: Vec<&str> = names
-                    .iter()
-                    .copied()
-                    .chain(variables.iter().map(|v| v.name.as_str()))
-                    .collect();
                 let word = if exists { "exists" } else { "forall" };
-                write!(f, "({word} ({}) {})", TypedList(variables), ShownCondition(inner, &all))
+                write!(f, "({word} ({}) {})", TypedList(&variables), ShownCondition(inner, &all))
             }
         }
     }
@@ -151,10 +182,14 @@ impl Display for Action {
             literal(f, effect, &names)?;
         }
         for effect in &self.conditional {
-            let own = effect.variables.iter().map(|v| v.name.as_str());
+            let variables = apart(&effect.variables, &names, |position| {
+                let of = |l: &Literal| l.atom.arguments.contains(&Term::Parameter(position));
+                mentions(&effect.condition, position) || effect.effects.iter().any(of)
+            });
+            let own = variables.iter().map(|v| v.name.as_str());
             let all: Vec<&str> = names.iter().copied().chain(own).collect();
             f.write_str("\n      ")?;
-            for variable in &effect.variables {
+            for variable in &variables {
                 write!(f, "(forall ({}) ", TypedList(std::slice::from_ref(variable)))?;
             }
             write!(f, "(when {} (and", ShownCondition(&effect.condition, &all))?;
@@ -163,7 +198,7 @@ impl Display for Action {
                 literal(f, effect, &all)?;
             }
             f.write_str("))")?;
-            effect.variables.iter().try_for_each(|_| f.write_str(")"))?;
+            variables.iter().try_for_each(|_| f.write_str(")"))?;
         }
         for increase in &self.increases {
             f.write_str("\n      (increase ")?;

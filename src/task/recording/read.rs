@@ -247,6 +247,8 @@ impl Snapshot {
 }
 
 fn utf8<'a>(bytes: &'a [u8], place: Place<'_>) -> Result<&'a str, InputFault> {
+    // Some editors begin a text with a byte order mark.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|error| {
         let problem = format!("byte {} is not UTF-8", error.valid_up_to());
         place.fault("", problem, "UTF-8 text")

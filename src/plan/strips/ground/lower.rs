@@ -36,6 +36,10 @@ pub(super) struct Atom {
 }
 
 impl Atom {
+    pub fn has_slots(&self) -> bool {
+        self.arguments.iter().any(|argument| matches!(argument, Argument::Slot(_)))
+    }
+
     /// Returns the objects; `None` if a variable is not bound.
     pub fn ground(&self, bound: &[u32]) -> Option<Ground> {
         let objects = self.arguments.iter().map(|argument| argument.object(bound));

@@ -11,13 +11,17 @@
 //! | file | contents |
 //! |---|---|
 //! | `lower` | conditions and effects by number |
+//! | `schema` | actions by number, with the ways to join their conditions |
 //! | `reach` | the calls of actions that can be reached, by joins |
 //! | `ways` | the sets of facts in each of which a condition holds |
 //! | `operators` | the operators of a call |
+//! | `assembly` | fluents and operators from the operators of all calls |
 
+mod assembly;
 mod lower;
 mod operators;
 mod reach;
+mod schema;
 mod ways;
 
 use std::collections::{BTreeSet, HashMap};
@@ -27,13 +31,15 @@ use std::rc::Rc;
 use thiserror::Error;
 
 use super::formula::Number;
-use super::pddl::{Action, Domain, Fact, Literal, Problem};
+use super::pddl::{Domain, Fact, Literal, Problem};
 use super::sexpr::short;
 use super::write::ShownCondition;
+use assembly::Assembly;
 use lower::{Base, Fitting, Formula, Ground, Lower, UNBOUND};
 use operators::{Compiled, of_call};
-use reach::{Reach, Schema, check_choices};
-use ways::{Code, Known, Rule, Way, join};
+use reach::Reach;
+use schema::{Schema, check_choices};
+use ways::{Known, Rule, Way};
 
 /// Greatest number of reachable facts, and of reachable operators.
 const MAX_GROUND: usize = 200_000;
@@ -325,193 +331,4 @@ fn cost(base: &Base<'_>, problem: &Problem, schema: &Schema, objects: &[u32]) ->
     let amounts: Vec<_> = amounts.map(|i| base.value(&i.amount, &slots, objects)).collect();
     let sum = amounts.iter().flatten().map(|amount| amount.value()).sum();
     (Number::new(sum).unwrap_or_default(), amounts.iter().all(Option::is_some))
-}
-
-/// Name of the fact that stands for a goal with alternatives. No predicate has a blank in its name.
-const GOAL: &str = "the goal";
-
-/// Puts the operators of a problem together.
-struct Assembly<'k, 'b, 'a> {
-    known: &'k Known<'b, 'a>,
-    schemas: &'k [Schema],
-    calls: &'k [reach::Call],
-    problem: &'k Problem,
-    compiled: Vec<Compiled>,
-}
-
-impl Assembly<'_, '_, '_> {
-    /// Returns the grounded problem. `literals` and one of the `ways` must hold at the end.
-    fn grounded(
-        &mut self,
-        literals: Vec<(Ground, bool)>,
-        ways: Vec<Way>,
-        names: &[String],
-    ) -> Result<Grounded, GroundFault> {
-        let base = self.known.base;
-        let count = self.known.facts.len();
-        let mut facts: Vec<Option<&Ground>> = vec![None; count];
-        for (fact, number) in &self.known.facts {
-            facts[*number as usize] = Some(fact);
-        }
-        let mut holds_first: Vec<bool> =
-            facts.iter().map(|fact| fact.is_some_and(|fact| base.start.contains(fact))).collect();
-        // The fact that stands for the goal, if it has alternatives.
-        let hidden = count as u32;
-        holds_first.push(false);
-        let code = |(fact, holds): &(Ground, bool)| {
-            self.known.facts.get(fact).map(|number| 2 * number + u32::from(!holds))
-        };
-        let mut goal: Way = Vec::new();
-        for (pair, (holds, fact)) in literals.iter().zip(self.goal_facts()) {
-            match code(pair) {
-                Some(code) => goal.push(code),
-                // It is never reached.
-                None if !holds => {}
-                None => return Err(self.unreachable(fact, *holds)),
-            }
-        }
-        goal.sort_unstable();
-        goal.dedup();
-        if let [one] = ways.as_slice() {
-            goal.extend(one);
-        } else {
-            for needs in ways.iter().filter_map(|way| join(&goal, way)) {
-                let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
-                self.compiled.push(Compiled { call, needs, effects, cost });
-            }
-            goal = vec![2 * hidden];
-        }
-        goal.sort_unstable();
-        goal.dedup();
-        let reached = operators::with_negation(&mut self.compiled, &holds_first);
-        let mut changing = vec![false; holds_first.len()];
-        let mut complement = vec![false; holds_first.len()];
-        for effect in self.compiled.iter().flat_map(|o| &o.effects) {
-            let fact = (effect / 2) as usize;
-            // A fact changes if a call makes true what does not hold at first, or makes false what can hold.
-            changing[fact] |= match effect % 2 == 0 {
-                true => !holds_first[fact],
-                false => holds_first[fact] || reached[2 * fact],
-            };
-        }
-        let needs = self.compiled.iter().flat_map(|o| &o.needs);
-        for code in needs.chain(&goal).filter(|code| *code % 2 == 1) {
-            complement[(code / 2) as usize] = true;
-        }
-        let fact = |number: usize| match facts.get(number).copied().flatten() {
-            Some(fact) => base.fact(fact),
-            None => Fact { predicate: GOAL.to_owned(), arguments: Vec::new() },
-        };
-        let mut fluents: Vec<(Fluent, Code)> = Vec::new();
-        for number in (0..changing.len()).filter(|number| changing[*number]) {
-            fluents.push((Fluent { fact: fact(number), holds: true }, 2 * number as u32));
-            if complement[number] {
-                fluents.push((Fluent { fact: fact(number), holds: false }, 2 * number as u32 + 1));
-            }
-        }
-        fluents.sort_by(|a, b| a.0.cmp(&b.0));
-        let mut places: Vec<Option<usize>> = vec![None; 2 * changing.len()];
-        for (place, (_, code)) in fluents.iter().enumerate() {
-            places[*code as usize] = Some(place);
-        }
-        let mut wanted = BTreeSet::new();
-        for code in &goal {
-            let (number, holds) = ((code / 2) as usize, code % 2 == 0);
-            match places[*code as usize] {
-                Some(place) if reached[*code as usize] || holds_first[number] == holds => {
-                    wanted.insert(place);
-                }
-                None if holds_first[number] == holds => {}
-                _ if number == count => {
-                    let fluent = names.join(" and ");
-                    let why = "no state that the actions can reach meets it".to_owned();
-                    let problem = self.problem.name.clone();
-                    return Err(GroundFault::Unreachable { problem, fluent: short(&fluent), why });
-                }
-                _ => return Err(self.unreachable(&fact(number), holds)),
-            }
-        }
-        let operators = self.operators(&places);
-        let start = fluents.iter().enumerate();
-        let start = start.filter(|(_, (_, c))| holds_first[(c / 2) as usize] == (c % 2 == 0));
-        Ok(Grounded {
-            start: start.map(|(place, _)| place).collect(),
-            operators,
-            goal: wanted.into_iter().collect(),
-            fluents: fluents.into_iter().map(|(fluent, _)| fluent).collect(),
-            warnings: Vec::new(),
-        })
-    }
-
-    /// Returns the facts of the goal that are not derived.
-    fn goal_facts(&self) -> impl Iterator<Item = &(bool, Fact)> {
-        let base = self.known.base;
-        self.problem.goal.iter().filter(move |(_, fact)| {
-            base.ground(fact).is_some_and(|ground| !base.derived[ground.0 as usize])
-        })
-    }
-
-    /// Returns the operators over fluents. `places` has the fluent of each code.
-    fn operators(&self, places: &[Option<usize>]) -> Vec<GroundOperator> {
-        let sorted = |found: BTreeSet<usize>| found.into_iter().collect::<Vec<_>>();
-        let mut operators: Vec<GroundOperator> = Vec::new();
-        for compiled in &self.compiled {
-            let places_of = |codes: &mut dyn Iterator<Item = Code>| -> BTreeSet<usize> {
-                codes.filter_map(|code| places[code as usize]).collect()
-            };
-            let preconditions = places_of(&mut compiled.needs.iter().copied());
-            let mut adds = places_of(&mut compiled.effects.iter().copied());
-            let deletes = places_of(&mut compiled.effects.iter().map(|code| code ^ 1));
-            adds.retain(|fluent| !preconditions.contains(fluent));
-            if adds.is_empty() && deletes.is_empty() {
-                continue;
-            }
-            let (action, name) = match compiled.call {
-                None => (self.schemas.len(), String::new()),
-                Some(at) => {
-                    let call = &self.calls[at];
-                    (call.schema, self.name(call))
-                }
-            };
-            operators.push(GroundOperator {
-                action,
-                name,
-                preconditions: sorted(preconditions),
-                adds: sorted(adds),
-                deletes: sorted(deletes),
-                cost: compiled.cost,
-            });
-        }
-        operators::without_doubles(operators)
-    }
-
-    /// Returns the name of a call, as in a plan.
-    fn name(&self, call: &reach::Call) -> String {
-        let base = self.known.base;
-        let own = &call.objects[..self.schemas[call.schema].parameters];
-        let name = |object: &u32| format!(" {}", base.objects[*object as usize].name);
-        let objects: String = own.iter().map(name).collect();
-        format!("({}{objects})", base.domain.actions[call.schema].name)
-    }
-
-    fn unreachable(&self, fact: &Fact, holds: bool) -> GroundFault {
-        let own = |e: &Literal| {
-            e.positive == holds
-                && e.atom.predicate == fact.predicate
-                && e.atom.arguments.len() == fact.arguments.len()
-        };
-        let achieves = |action: &&Action| {
-            let conditional = action.conditional.iter().flat_map(|effect| &effect.effects);
-            action.effects.iter().chain(conditional).any(own)
-        };
-        let actions = self.known.base.domain.actions.iter().filter(achieves);
-        let names: Vec<String> = actions.map(|action| format!("`{}`", action.name)).collect();
-        let why = match names.is_empty() {
-            true if holds => format!("no action makes `{}` true", fact.predicate),
-            true => format!("no action makes `{}` false", fact.predicate),
-            false => format!("the preconditions of {} cannot be met for it", names.join(" and ")),
-        };
-        let fluent = Fluent { fact: fact.clone(), holds }.to_string();
-        GroundFault::Unreachable { problem: self.problem.name.clone(), fluent, why }
-    }
 }

@@ -4,7 +4,8 @@ use std::collections::{HashMap, VecDeque};
 
 use super::GroundOperator;
 use super::TooLarge;
-use super::reach::{Call, Schema};
+use super::reach::Call;
+use super::schema::Schema;
 use super::ways::{Code, Known, Way, absorb, join, within};
 use crate::plan::strips::formula::Number;
 
