@@ -69,6 +69,36 @@ fn tiles(columns: usize, rows: usize) -> (String, String) {
     (domain.into(), problem)
 }
 
+/// A gallery that is walked in one direction, with a candle in each room and as many lamps at its end. A candle lights one lamp.
+/// Forward search takes the first candle along for all of them.
+fn gallery(candles: usize) -> (String, String) {
+    let domain = "(define (domain gallery) (:requirements :typing)
+        (:types room candle lamp)
+        (:predicates (in ?r - room) (door ?a ?b - room) (stands ?c - candle ?r - room) (carried ?c - candle)
+            (hangs ?l - lamp ?r - room) (lit ?l - lamp) (dark ?l - lamp))
+        (:action walk :parameters (?a ?b - room) :precondition (and (in ?a) (door ?a ?b))
+            :effect (and (in ?b) (not (in ?a))))
+        (:action take :parameters (?c - candle ?r - room) :precondition (and (in ?r) (stands ?c ?r))
+            :effect (and (carried ?c) (not (stands ?c ?r))))
+        (:action light :parameters (?c - candle ?l - lamp ?r - room)
+            :precondition (and (in ?r) (hangs ?l ?r) (dark ?l) (carried ?c))
+            :effect (and (lit ?l) (not (dark ?l)) (not (carried ?c)))))";
+    let rooms: String = (0..=candles).map(|i| format!(" r{i}")).collect();
+    let [mut names, mut lamps, mut facts, mut goal] = [const { String::new() }; 4];
+    for i in 0..candles {
+        names += &format!(" c{i}");
+        lamps += &format!(" l{i}");
+        facts +=
+            &format!("(door r{i} r{})(stands c{i} r{i})(hangs l{i} r{candles})(dark l{i})", i + 1);
+        goal += &format!("(lit l{i})");
+    }
+    let problem = format!(
+        "(define (problem p) (:domain gallery) (:objects{rooms} - room{names} - candle{lamps} - lamp)
+            (:init (in r0) {facts}) (:goal (and {goal})))"
+    );
+    (domain.into(), problem)
+}
+
 /// Plans and acts, and returns what was done; its plan is checked by the action schemas.
 fn run(
     domain: &str,
@@ -77,14 +107,21 @@ fn run(
     spikes: bool,
     limit_s: u64,
 ) -> (Grounded, Course, bool) {
+    pursued(domain, problem, &spec(directions, spikes, limit_s))
+}
+
+fn spec(directions: Directions, spikes: bool, limit_s: u64) -> GoalSetSpec {
+    let population = if spikes { Population::Lif(LifSpec::default()) } else { Population::Direct };
+    let limit = SimDuration::from_millis(1_000 * limit_s);
+    GoalSetSpec { directions, population, limit, ..GoalSetSpec::default() }
+}
+
+fn pursued(domain: &str, problem: &str, spec: &GoalSetSpec) -> (Grounded, Course, bool) {
     let domain = Domain::parse(domain.as_bytes(), "domain", Bodies::Read).expect("a domain");
     let problem = Problem::parse(problem.as_bytes(), "problem", &domain).expect("a problem");
     let grounded = Grounded::new(&domain, &problem).expect("a small problem");
-    let population = if spikes { Population::Lif(LifSpec::default()) } else { Population::Direct };
-    let limit = SimDuration::from_millis(1_000 * limit_s);
-    let spec = GoalSetSpec { directions, population, limit, ..GoalSetSpec::default() };
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(100));
-    let course = pursue(&grounded, world, &spec, Seed::new(1)).expect("a run");
+    let course = pursue(&grounded, world, spec, Seed::new(1)).expect("a run");
     assert!(course.begun.iter().all(|b| b.met), "an action began before its preconditions held");
     let valid = validate(&domain, &problem, grounded.steps(course.plan())).is_ok();
     (grounded, course, valid)
@@ -106,12 +143,72 @@ fn a_load_that_misleads_the_search_backward_is_carried_by_the_search_forward() {
 }
 
 #[test]
-fn a_wall_that_forward_search_paints_itself_into_is_painted_backward() {
-    let (domain, problem) = tiles(4, 4);
+fn a_wall_that_forward_search_paints_itself_into_is_painted_row_by_row() {
+    let forward = |side: usize, ablated: &[&str], spikes| {
+        let (domain, problem) = tiles(side, side);
+        let ablated = ablated.iter().map(|group| (*group).into()).collect();
+        pursued(
+            &domain,
+            &problem,
+            &GoalSetSpec { ablated, ..spec(Directions::Forward, spikes, 15) },
+        )
+    };
+    let (.., unordered) = forward(4, &["forward/agenda"], false);
+    assert!(!unordered, "the wrong variant finds a plan as well");
+    for (side, spikes) in [(4, false), (3, true)] {
+        let (grounded, course, valid) = forward(side, &[], spikes);
+        assert!(valid && course.reached && course.dead_ends() <= 4, "{course:?}");
+        let steps = grounded.steps(course.plan());
+        let painted = steps.iter().filter(|step| step.contains("paint")).count();
+        assert_eq!(painted, side * (side - 1), "{spikes}");
+    }
+}
+
+/// Loaves for so many who take any and so many who take a fine one, and a bag of flour for each. Rare flour, of which fine ones are
+/// baked, does for all; its bags come first.
+fn bakery(easy: usize, picky: usize) -> (String, String) {
+    let domain = "(define (domain bakery) (:requirements :typing)
+        (:types bag guest)
+        (:predicates (full ?b - bag) (rare ?b - bag) (picky ?g - guest) (easy ?g - guest) (served ?g - guest))
+        (:action bake :parameters (?b - bag ?g - guest) :precondition (and (full ?b) (easy ?g))
+            :effect (and (served ?g) (not (full ?b))))
+        (:action bake-fine :parameters (?b - bag ?g - guest)
+            :precondition (and (full ?b) (rare ?b) (picky ?g)) :effect (and (served ?g) (not (full ?b)))))";
+    let [mut bags, mut guests, mut facts, mut goal] = [const { String::new() }; 4];
+    for i in 0..easy + picky {
+        bags += &format!(" b{i}");
+        guests += &format!(" g{i}");
+        let [bag, guest] =
+            [if i < picky { "rare" } else { "full" }, if i < easy { "easy" } else { "picky" }];
+        facts += &format!("(full b{i})({bag} b{i})({guest} g{i})");
+        goal += &format!("(served g{i})");
+    }
+    let problem = format!(
+        "(define (problem p) (:domain bakery) (:objects{bags} - bag{guests} - guest) (:init {facts}) (:goal (and {goal})))"
+    );
+    (domain.into(), problem)
+}
+
+#[test]
+fn what_is_rare_and_used_up_is_kept_for_those_who_need_it() {
+    let (domain, problem) = bakery(5, 3);
+    for spikes in [false, true] {
+        let (_, course, valid) = run(&domain, &problem, Directions::Forward, spikes, 10);
+        assert!(valid && course.reached, "{course:?}");
+        assert_eq!((course.plan().count(), course.dead_ends()), (8, 0), "{spikes}");
+    }
+}
+
+#[test]
+fn candles_that_forward_search_leaves_behind_are_taken_along_backward() {
+    let (domain, problem) = gallery(4);
     let (.., forward) = run(&domain, &problem, Directions::Forward, false, 15);
     assert!(!forward, "the wrong variant finds a plan as well");
-    let (_, course, valid) = run(&domain, &problem, Directions::Both, false, 40);
-    assert!(valid && course.reached && course.plan().count() >= 12, "{course:?}");
+    for spikes in [false, true] {
+        let (_, course, valid) = run(&domain, &problem, Directions::Both, spikes, 20);
+        assert!(valid && course.reached, "{course:?}");
+        assert_eq!(course.plan().count(), 12);
+    }
 }
 
 #[test]

@@ -73,8 +73,8 @@ impl Choice {
         w.link(goals, &gains, rows.map(|(f, _, level)| (f, level, 1.0)));
         let gain = summed(w, "gain", &gains, fluents);
         let race_phase = Phase::Race as usize;
-        let utilities =
-            utilities(w, operators, (phases, elapsed, restless), (race_phase, &URGES), -1.1);
+        let growing = (phases, elapsed, restless);
+        let utilities = utilities(w, growing, (race_phase, &URGES), &vec![-1.1; operators]);
         w.link(&gain, &utilities, adds(LEVEL).into_iter().chain(needs(LEVEL)));
         w.link(&costs.cost, &utilities, needs(-LEVEL));
         let absent = w.tonic("not_goals", fluents);

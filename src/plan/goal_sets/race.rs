@@ -36,18 +36,18 @@ pub(super) struct Turns {
     pub told: [usize; 2],
 }
 
-/// Adds utilities of operators that grow with time: in the phases of `urges` with their weights, step by step while a race
+/// Adds utilities of operators, with a bias for each, that grow with time: in the phases of `urges` with their weights, step by step while a race
 /// lasts, and by chance after a search that found no plan (`restless`).
 pub(super) fn utilities(
     w: &mut Wiring<'_, '_>,
-    operators: usize,
     (phases, elapsed, restless): (&Group, &Group, &Group),
     (race, urges): (usize, &[(usize, Real)]),
-    bias: Real,
+    bias: &[Real],
 ) -> Group {
+    let operators = bias.len();
     let utility = Map::each(operators, |x| x.max(0.0)).radius(2.5).above(0.0);
     let utilities = w.analog("utilities", operators, utility);
-    w.bias(&utilities, &vec![bias; operators]);
+    w.bias(&utilities, bias);
     let urgency = w.slow("urgency", phases, URGENCY_MS);
     let urges = urges.iter().flat_map(|(phase, urge)| spread(*phase, operators, *urge));
     w.link(&urgency, &utilities, urges);

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::agenda::agenda;
 use super::control::{Control, Phase, Signal};
 use super::memory::memory;
 use super::relaxed::relaxed;
@@ -17,6 +18,8 @@ use crate::sim::{In, Module, Out, Real, Scope, Vector};
 
 /// Weight of an operator that adds a goal.
 const HELPS: Real = 0.4;
+/// Weight of what an operator uses up for good.
+const SPARES: Real = -0.5;
 /// Phases in which the race becomes easier to win, and the weight of each.
 const URGES: [(usize, Real); 3] =
     [(Phase::Settle as usize, 1.7), (Phase::Veto as usize, 1.7), (Phase::Race as usize, 3.7)];
@@ -26,30 +29,23 @@ const URGES: [(usize, Real); 3] =
 pub struct Progression {
     fluents: usize,
     operators: Vec<GroundOperator>,
-    /// Pairs of goals of which the first comes first: whatever achieves it undoes the second.
+    /// Pairs of goals of which the first comes first.
     pub(super) before: Vec<[usize; 2]>,
     /// Levels of cost.
     pub(super) levels: usize,
+    /// What each operator uses up for good, from 0 to 1: how many operators need the fluents that it deletes and no operator adds.
+    uses_up: Vec<Real>,
 }
 
 impl Progression {
     /// Finds the rules of a problem, of which `rules` are those of regression.
-    ///
-    /// A goal comes before another one if each operator that achieves it deletes the other, or needs what excludes the other.
-    /// If both come before each other, neither does.
     pub fn new(problem: &Grounded, rules: &Regression) -> Self {
-        let goals = &problem.goal;
-        let first = |a: usize, b: usize| {
-            let mut adders = rules.operators.iter().filter(|o| o.adds.contains(&a)).peekable();
-            adders.peek().is_some() && adders.all(|o| o.threatens.contains(&b))
-        };
-        let pairs = goals.iter().flat_map(|a| goals.iter().map(move |b| [*a, *b]));
-        let before = pairs.filter(|[a, b]| a != b && first(*a, *b) && !first(*b, *a)).collect();
         Self {
             fluents: problem.fluents.len(),
             operators: problem.operators.clone(),
-            before,
+            before: agenda(&problem.goal, rules),
             levels: rules.levels,
+            uses_up: uses_up(problem),
         }
     }
 
@@ -57,7 +53,7 @@ impl Progression {
     pub(in crate::plan::goal_sets) fn units(problem: &Grounded, slots: usize) -> usize {
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let adds: usize = problem.operators.iter().map(|o| o.adds.len()).sum();
-        let rules = fluents.saturating_mul(22 + 2 * levels(problem));
+        let rules = fluents.saturating_mul(23 + 2 * levels(problem));
         let rules = rules + operators.saturating_mul(14) + 3 * adds;
         rules.saturating_add(Layout::new(fluents, operators, slots).units())
     }
@@ -88,12 +84,34 @@ impl Progression {
         self.links(|o| &o.adds, weight)
     }
 
+    /// Returns pairs of a fluent and an operator that adds it. Of one fluent, those that use up least come first.
+    pub(super) fn supports(&self) -> Vec<(usize, usize)> {
+        let mut pairs: Vec<(usize, usize)> =
+            self.adds(1.0).into_iter().map(|(f, a, _)| (f, a)).collect();
+        let use_up = |a: usize| self.uses_up[a];
+        pairs.sort_by(|(f, a), (g, b)| {
+            f.cmp(g).then(use_up(*a).total_cmp(&use_up(*b))).then(a.cmp(b))
+        });
+        pairs
+    }
+
     /// Returns links from fluents to operators that delete and do not add them.
     pub(super) fn deletes(&self, weight: Real) -> Vec<Weight> {
         let mut links = self.links(|o| &o.deletes, weight);
         links.retain(|(f, a, _)| !self.operators[*a].adds.contains(f));
         links
     }
+}
+
+/// Returns what each operator uses up for good, relative to the one that uses up most.
+fn uses_up(problem: &Grounded) -> Vec<Real> {
+    let mut needed = vec![0.0; problem.fluents.len()];
+    problem.operators.iter().flat_map(|o| &o.preconditions).for_each(|f| needed[*f] += 1.0);
+    problem.operators.iter().flat_map(|o| &o.adds).for_each(|f| needed[*f] = 0.0);
+    let used = problem.operators.iter().map(|o| o.deletes.iter().map(|f| needed[*f]).sum());
+    let used: Vec<Real> = used.collect();
+    let most = used.iter().fold(1.0, |most: Real, used| most.max(*used));
+    used.into_iter().map(|used| used / most).collect()
 }
 
 /// Forward search over a grounded problem: a [`Module`].
@@ -182,7 +200,8 @@ impl Module for ForwardGraph {
 
         let race_phase = Phase::Race as usize;
         let growing = (phases, &control.elapsed, &control.restless);
-        let utilities = utilities(w, operators, growing, (race_phase, &URGES), -0.7);
+        let bias: Vec<Real> = rules.uses_up.iter().map(|used| -0.7 + SPARES * used).collect();
+        let utilities = utilities(w, growing, (race_phase, &URGES), &bias);
         w.link(&barred, &utilities, each(operators, BAR));
         w.link(&plan.wanted, &utilities, rules.adds(HELPS));
         let turns = Turns {

@@ -6,6 +6,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `control` | phases and signals, and the table of transitions |
+//! | `agenda` | which goals come before which |
 //! | `relaxed` | the wave from a state, what supports what, and which operators the goals need |
 //! | `memory` | slots for states; the way back to the first and forth again |
 //! | `graph` | all parts as one module |
@@ -16,9 +17,10 @@
 //! needed: its support, their preconditions, and so on, down to what holds. So the relaxed plan is there at once, and changes
 //! with the state while its operators are applied one after the other (lookahead, as in Vidal, "A lookahead strategy for
 //! heuristic search planning", 2004). When none is left to apply, a new wave runs. A goal that would have to be undone for
-//! another one waits for it (Koehler and Hoffmann, "On reasonable and forced goal orderings", 2000): fixed synapses, found from
-//! what excludes what.
+//! another one waits for it: fixed synapses, found from what excludes what (the goal agenda). Of operators that are worth the
+//! same, those go first that use up least of what no operator makes again, in proportion to how many operators need it.
 
+mod agenda;
 pub(super) mod control;
 mod graph;
 mod memory;

@@ -46,20 +46,19 @@ pub(super) fn relaxed(
     let Wave { reached, pending, enabled } = &wave;
 
     // Which operators reach a fluent first: one unit for each operator and fluent that it adds.
-    let mut pairs = adds;
-    pairs.sort_by_key(|(f, a, _)| (*f, *a));
+    let pairs = rules.supports();
     let count = pairs.len();
     let numbered = || pairs.iter().enumerate();
     let supports = w.biased("supports", count, SUPPORT * AND);
-    w.link(enabled, &supports, numbered().map(|(p, (_, a, _))| (*a, p, SUPPORT)));
-    w.link(pending, &supports, numbered().map(|(p, (f, ..))| (*f, p, SUPPORT)));
+    w.link(enabled, &supports, numbered().map(|(p, (_, a))| (*a, p, SUPPORT)));
+    w.link(pending, &supports, numbered().map(|(p, (f, _))| (*f, p, SUPPORT)));
     w.link(&supports, &supports, each(count, 2.0 * SUPPORT));
     // A fluent is reached by what supports it, so that there is always one, however many operators come at once.
-    w.link(&supports, reached, numbered().map(|(p, (f, ..))| (p, *f, 1.2)));
-    w.link(&supports, pending, numbered().map(|(p, (f, ..))| (p, *f, -1.3)));
+    w.link(&supports, reached, numbered().map(|(p, (f, _))| (p, *f, 1.2)));
+    w.link(&supports, pending, numbered().map(|(p, (f, _))| (p, *f, -1.3)));
     let forgotten = resets.1.iter().flat_map(|p| spread(*p, count, -8.0));
     w.link(phases, &supports, forgotten);
-    // Of those that come at the same time, the first counts.
+    // Of those that come at the same time, the first counts: the one that uses up least.
     let later = w.units("later", count);
     let same: Vec<usize> = pairs.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).collect();
     behind(w, "support_rows", &supports, &later, &same, 1.0);
@@ -69,18 +68,20 @@ pub(super) fn relaxed(
     w.link(goal, &unmet, each(fluents, 1.0));
     w.link(&absent, &unmet, each(fluents, 1.0));
     w.link(&unmet, signals, gather(fluents, Signal::Unmet as usize, 1.0));
+    let agenda = w.units("agenda", fluents);
+    w.link(&unmet, &agenda, rules.before.iter().map(|[a, b]| (*a, *b, 1.0)));
     let wanted = w.units("wanted", fluents);
-    let waits = rules.before.iter().map(|[a, b]| (*a, *b, -1.3));
-    w.link(&unmet, &wanted, each(fluents, 1.0).chain(waits).collect::<Vec<_>>());
+    w.link(&unmet, &wanted, each(fluents, 1.0));
+    w.link(&agenda, &wanted, each(fluents, -1.3));
     let needed = w.units("needed", fluents);
     w.link(&wanted, &needed, each(fluents, 1.0));
     w.link(state, &needed, each(fluents, NEVER));
     let via = w.both("via", count);
     w.link(&supports, &via, each(count, 1.0));
-    w.link(&needed, &via, numbered().map(|(p, (f, ..))| (*f, p, 1.0)));
+    w.link(&needed, &via, numbered().map(|(p, (f, _))| (*f, p, 1.0)));
     w.link(&later, &via, each(count, -1.3));
     let used = w.units("used", operators);
-    w.link(&via, &used, numbered().map(|(p, (_, a, _))| (p, *a, 1.2)));
+    w.link(&via, &used, numbered().map(|(p, (_, a))| (p, *a, 1.2)));
     let back: Vec<Weight> =
         rules.needs(1.2).into_iter().map(|(f, a, weight)| (a, f, weight)).collect();
     w.link(&used, &needed, back);
