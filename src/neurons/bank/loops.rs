@@ -28,7 +28,11 @@ impl Work<'_> {
 ///
 /// Compilers turn every pass without branches into wide instructions. Only the last pass of ensembles with several
 /// outputs branches: it visits only the neurons that are active.
-#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2",
+    "x86_64+sse4.1"
+))]
 fn many<M: NeuronModel + ?Sized>(
     model: &M,
     work: &Work<'_>,
@@ -121,22 +125,21 @@ pub(super) fn encode(
 }
 
 /// Adds the decoders (one row per neuron) of the neurons that are active, times their activity.
+///
+/// The active ones are collected first, without branches. Their rows are then read without waiting for one another: a
+/// branch for each would be guessed wrong, and no read can overtake it.
 #[inline(always)]
 fn add_rows(activity: &[Real], decoders: &[Real], out: &mut [Real]) {
     let outputs = out.len();
-    for (eight, of_eight) in activity.chunks_exact(NARROW).enumerate() {
-        let mut bytes = [0u8; NARROW];
-        for (byte, activity) in bytes.iter_mut().zip(of_eight) {
-            *byte = u8::from(*activity != 0.0);
-        }
-        let mut mask = u64::from_le_bytes(bytes);
-        while mask != 0 {
-            let neuron = eight * NARROW + (mask.trailing_zeros() / 8) as usize;
-            mask &= mask - 1;
-            let row = &decoders[neuron * outputs..(neuron + 1) * outputs];
-            for (sum, decoder) in out.iter_mut().zip(row) {
-                *sum += activity[neuron] * decoder;
-            }
+    let (mut active, mut count) = ([0u8; BLOCK], 0);
+    for (neuron, activity) in activity.iter().enumerate() {
+        active[count % BLOCK] = neuron as u8;
+        count += usize::from(*activity != 0.0);
+    }
+    for neuron in active[..count].iter().map(|neuron| usize::from(*neuron)) {
+        let row = &decoders[neuron * outputs..(neuron + 1) * outputs];
+        for (sum, decoder) in out.iter_mut().zip(row) {
+            *sum += activity[neuron] * decoder;
         }
     }
 }
