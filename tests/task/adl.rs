@@ -38,14 +38,14 @@ fn calls(domain: &Domain, problem: &Problem) -> Vec<String> {
 }
 
 /// A problem by the meaning of its conditions.
-struct Meaning<'a> {
+pub struct Meaning<'a> {
     domain: &'a Domain,
     problem: &'a Problem,
     calls: Vec<String>,
 }
 
 impl<'a> Meaning<'a> {
-    fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
+    pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
         Self { domain, problem, calls: calls(domain, problem) }
     }
 
@@ -53,11 +53,11 @@ impl<'a> Meaning<'a> {
         Problem { init: state.iter().cloned().collect(), ..self.problem.clone() }
     }
 
-    fn met(&self, state: &BTreeSet<Fact>) -> bool {
+    pub fn met(&self, state: &BTreeSet<Fact>) -> bool {
         validate(self.domain, &self.at(state), []).is_ok()
     }
 
-    fn after(&self, state: &BTreeSet<Fact>) -> Vec<(&str, BTreeSet<Fact>)> {
+    pub fn after(&self, state: &BTreeSet<Fact>) -> Vec<(&str, BTreeSet<Fact>)> {
         let here = Problem { goal: Vec::new(), conditions: Vec::new(), ..self.at(state) };
         let next = self.calls.iter().filter_map(|call| {
             let after = validate(self.domain, &here, [call.as_str()]).ok()?;
@@ -120,7 +120,7 @@ fn plan_of(grounded: &Grounded) -> Option<Vec<usize>> {
 }
 
 /// Returns the fluents that hold when exactly these facts do, of those that are facts of the problem.
-fn fluents(grounded: &Grounded, facts: &BTreeSet<Fact>) -> BTreeSet<usize> {
+pub fn fluents(grounded: &Grounded, facts: &BTreeSet<Fact>) -> BTreeSet<usize> {
     let holds = |index: &usize| {
         let fluent = &grounded.fluents[*index];
         facts.contains(&fluent.fact) == fluent.holds

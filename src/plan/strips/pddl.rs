@@ -228,6 +228,8 @@ pub struct Problem {
     pub name: String,
     /// Name of the domain.
     pub domain: String,
+    /// Requirements with their colon, beside those of the domain.
+    pub requirements: Vec<String>,
     /// Objects, without the constants of the domain, except those of a narrower type in this problem.
     pub objects: Vec<Typed>,
     /// Facts that hold at first. All others do not.

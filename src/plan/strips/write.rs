@@ -189,16 +189,23 @@ impl Display for Action {
             let own = variables.iter().map(|v| v.name.as_str());
             let all: Vec<&str> = names.iter().copied().chain(own).collect();
             f.write_str("\n      ")?;
-            for variable in &variables {
-                write!(f, "(forall ({}) ", TypedList(std::slice::from_ref(variable)))?;
+            // What says nothing is not written.
+            let always = matches!(&effect.condition, Condition::All(parts) if parts.is_empty());
+            let several = effect.effects.len() != 1;
+            let written = [!variables.is_empty(), !always, several];
+            if written[0] {
+                write!(f, "(forall ({}) ", TypedList(&variables))?;
             }
-            write!(f, "(when {} (and", ShownCondition(&effect.condition, &all))?;
+            if written[1] {
+                write!(f, "(when {} ", ShownCondition(&effect.condition, &all))?;
+            }
+            f.write_str(if several { "(and" } else { "" })?;
             for effect in &effect.effects {
-                f.write_str(" ")?;
+                f.write_str(if several { " " } else { "" })?;
                 literal(f, effect, &all)?;
             }
-            f.write_str("))")?;
-            variables.iter().try_for_each(|_| f.write_str(")"))?;
+            let end = written.iter().filter(|written| **written).count();
+            f.write_str(&")".repeat(end))?;
         }
         for increase in &self.increases {
             f.write_str("\n      (increase ")?;
@@ -262,6 +269,9 @@ impl Display for Domain {
 impl Display for Problem {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "(define (problem {})\n  (:domain {})", self.name, self.domain)?;
+        if !self.requirements.is_empty() {
+            writeln!(f, "  (:requirements {})", self.requirements.join(" "))?;
+        }
         writeln!(f, "  (:objects {})", TypedList(&self.objects))?;
         f.write_str("  (:init")?;
         self.init.iter().try_for_each(|fact| write!(f, "\n    {fact}"))?;
