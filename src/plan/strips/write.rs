@@ -186,25 +186,33 @@ impl Display for Action {
                 let of = |l: &Literal| l.atom.arguments.contains(&Term::Parameter(position));
                 mentions(&effect.condition, position) || effect.effects.iter().any(of)
             });
-            let own = variables.iter().map(|v| v.name.as_str());
-            let all: Vec<&str> = names.iter().copied().chain(own).collect();
+            let own: Vec<String> = variables.iter().map(|v| v.name.clone()).collect();
+            let all: Vec<&str> = names.iter().copied().chain(own.iter().map(|n| &**n)).collect();
             f.write_str("\n      ")?;
-            // What says nothing is not written.
-            let always = matches!(&effect.condition, Condition::All(parts) if parts.is_empty());
-            let several = effect.effects.len() != 1;
-            let written = [!variables.is_empty(), !always, several];
-            if written[0] {
-                write!(f, "(forall ({}) ", TypedList(&variables))?;
+            // A list has no name twice, and what says nothing is not written.
+            let mut lists: Vec<Vec<Typed>> = Vec::new();
+            for variable in variables {
+                match lists.last_mut() {
+                    Some(list) if list.iter().all(|v| v.name != variable.name) => {
+                        list.push(variable);
+                    }
+                    _ => lists.push(vec![variable]),
+                }
             }
-            if written[1] {
+            for list in &lists {
+                write!(f, "(forall ({}) ", TypedList(list))?;
+            }
+            let always = matches!(&effect.condition, Condition::All(parts) if parts.is_empty());
+            if !always {
                 write!(f, "(when {} ", ShownCondition(&effect.condition, &all))?;
             }
+            let several = effect.effects.len() != 1;
             f.write_str(if several { "(and" } else { "" })?;
             for effect in &effect.effects {
                 f.write_str(if several { " " } else { "" })?;
                 literal(f, effect, &all)?;
             }
-            let end = written.iter().filter(|written| **written).count();
+            let end = lists.len() + usize::from(!always) + usize::from(several);
             f.write_str(&")".repeat(end))?;
         }
         for increase in &self.increases {

@@ -201,6 +201,11 @@ impl<'p> Writer<'_, 'p> {
                 pairs.entry(state).or_default().insert((place, other));
             }
         }
+        if let Some(target) =
+            target.as_ref().filter(|t| part.scope.kind(t) == part.scope.kind(&object))
+        {
+            part.require(not(same(&object, target)));
+        }
         // That no object at all is at the only place says as well that this one is not.
         if part.from.contains(&to) && (places > 1 || !pairs.contains_key(&to)) {
             let leaves = match part.leaves_target() {
