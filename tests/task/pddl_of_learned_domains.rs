@@ -484,7 +484,7 @@ fn the_actions_of_random_domains_are_their_moves() {
         let found = found.unwrap_or_else(|why| {
             let texts = [written.domain_text(), written.problem_text()].concat();
             panic!(
-                "case {case}: {why}\n{texts}{:#?}{:#?}",
+                "case {case}: {why}\n{texts}{:?}{:?}",
                 domain.operators,
                 domain
                     .states

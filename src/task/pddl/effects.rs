@@ -55,7 +55,7 @@ impl Writer<'_, '_> {
         let effects = &self.problem.domain().operators[part.operator].side_effects;
         for (n, effect) in effects.iter().enumerate() {
             let domain::Condition { state, subject } = effect.condition;
-            if subject == Subject::Is(Role::Object) || part.lacks(subject) {
+            if subject == Subject::Is(Role::Object) {
                 continue;
             }
             let term = match subject {
@@ -69,7 +69,13 @@ impl Writer<'_, '_> {
                 Subject::At(_) => kind == named.frame.as_deref(),
                 Subject::Any => true,
             };
-            if !fits {
+            // What begins at an origin that may be missing would begin nowhere.
+            let at = matches!(subject, Subject::At(_));
+            let nowhere = effect.begins && at && part.has_origin(subject).is_some();
+            if !fits || part.lacks(subject) || nowhere {
+                if effect.begins && (at || !part.lacks(subject)) {
+                    return Err(self.uncertain(part, state));
+                }
                 continue;
             }
             let when = part.has_origin(subject).unwrap_or(TRUE);
@@ -116,7 +122,12 @@ impl Writer<'_, '_> {
             None => {
                 let own = part.scope.kind(&part.object) == Some(&*named.kind);
                 let others = self.present(&domain.states[state].kind).saturating_sub(own.into());
-                if others > 1 {
+                // What begins of any object is not about the origin and the target, and these may be the only ones.
+                let of_kind = |role| {
+                    part.role(role).is_some_and(|t| part.scope.kind(&t) == Some(&*named.kind))
+                };
+                let taken = [Role::Origin, Role::Target].into_iter().any(of_kind);
+                if others > 1 || taken && reference.is_none() {
                     return Err(self.uncertain(part, state));
                 }
                 Who::Others(vec![part.object.clone()])

@@ -52,7 +52,7 @@ impl Writer<'_, '_> {
         let Some(term) = part.role(role) else { return FALSE };
         let states = need.states().filter(|state| part.scope.fits(*state, &term, None));
         let mut states: Vec<usize> = states.collect();
-        if states.is_empty() && need.every {
+        if states.is_empty() && need.every && need.is_positive() {
             return TRUE;
         }
         if role == Role::Object {
