@@ -228,7 +228,7 @@ pub struct Problem {
     pub name: String,
     /// Name of the domain.
     pub domain: String,
-    /// Requirements with their colon, beside those of the domain.
+    /// Requirements with their colon, such as `:universal-preconditions` for the goal.
     pub requirements: Vec<String>,
     /// Objects, without the constants of the domain, except those of a narrower type in this problem.
     pub objects: Vec<Typed>,

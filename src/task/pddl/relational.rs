@@ -58,12 +58,12 @@ pub fn of_relational(
     domain.actions.iter().for_each(|action| seen.action(action));
     domain.requirements = seen.requirements();
     let mut of_goal = Seen::default();
+    of_goal.typed(!words.kinds.is_empty());
     of_goal.condition(&goals);
-    let further = of_goal.requirements().into_iter().filter(|r| !domain.requirements.contains(r));
     let mut of_problem = strips::Problem {
         name: format!("{own}-problem"),
         domain: own,
-        requirements: further.collect(),
+        requirements: of_goal.requirements(),
         conditions: if let Condition::All(parts) = goals { parts } else { vec![goals] },
         ..strips::Problem::default()
     };
