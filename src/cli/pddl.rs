@@ -56,7 +56,7 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     let written = write(args, &domain, &scene, &name)?;
     drop(progress);
     let overwrite = overwrite(args.force);
-    let texts = [written.domain_text(), written.problem_text()];
+    let texts = [written.domain.to_string(), written.problem.to_string()];
     let folder = ResultFolder::open(&args.out)?;
     warn_of(&folder);
     // Either both files are written or none.

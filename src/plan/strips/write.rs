@@ -165,6 +165,7 @@ impl Display for Fact {
 
 impl Display for Action {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        comments(f, &self.comments, "  ")?;
         writeln!(f, "  (:action {}", self.name)?;
         writeln!(f, "    :parameters ({})", TypedList(&self.parameters))?;
         let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
@@ -265,8 +266,15 @@ impl Domain {
     }
 }
 
+/// Writes comments, a line each, behind an indentation.
+fn comments(f: &mut Formatter<'_>, comments: &[String], gap: &str) -> fmt::Result {
+    let line = |comment: &String| comment.replace(char::is_control, " ");
+    comments.iter().try_for_each(|comment| writeln!(f, "{gap}; {}", line(comment)))
+}
+
 impl Display for Domain {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        comments(f, &self.comments, "")?;
         self.write_head(f)?;
         self.derived.iter().try_for_each(|rule| writeln!(f, "\n{rule}"))?;
         self.actions.iter().try_for_each(|action| writeln!(f, "\n{action}"))?;
@@ -276,6 +284,7 @@ impl Display for Domain {
 
 impl Display for Problem {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        comments(f, &self.comments, "")?;
         writeln!(f, "(define (problem {})\n  (:domain {})", self.name, self.domain)?;
         if !self.requirements.is_empty() {
             writeln!(f, "  (:requirements {})", self.requirements.join(" "))?;

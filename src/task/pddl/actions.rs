@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::WriteFault;
-use super::conditions::{FALSE, Scope, TRUE, all, any, not, same};
+use super::conditions::Scope;
 use super::effects::Who;
 use super::vocabulary::Vocabulary;
-use crate::plan::strips::{Action, Condition, Term};
+use crate::plan::strips::{Action, Condition, FALSE, TRUE, Term, all, any, not, same};
 use crate::task::compile::Problem;
 use crate::task::domain::{Frame, Need, NeedVerdict, Role, Subject};
 
@@ -17,9 +17,6 @@ pub(super) struct Writer<'w, 'p> {
     /// Needs that do not count, as pairs of operator and need.
     pub dropped: &'w BTreeSet<(usize, usize)>,
 }
-
-/// An action with comments.
-pub(super) type Commented = (Action, Vec<String>);
 
 /// An action while it is written.
 pub(super) struct Part<'w> {
@@ -33,7 +30,6 @@ pub(super) struct Part<'w> {
     pub target: Option<Term>,
     place: Option<Term>,
     pub action: Action,
-    pub notes: Vec<String>,
 }
 
 impl Part<'_> {
@@ -42,17 +38,6 @@ impl Part<'_> {
             Role::Object => Some(self.object.clone()),
             Role::Origin => self.origin.clone(),
             Role::Target => self.target.clone(),
-        }
-    }
-
-    /// Adds a condition.
-    fn require(&mut self, condition: Condition) {
-        match condition {
-            Condition::All(parts) => parts.into_iter().for_each(|part| self.require(part)),
-            Condition::Literal(l) if self.action.preconditions.contains(&l) => {}
-            Condition::Literal(l) => self.action.preconditions.push(l),
-            other if self.action.conditions.contains(&other) => {}
-            other => self.action.conditions.push(other),
         }
     }
 
@@ -66,7 +51,7 @@ impl Part<'_> {
 impl<'p> Writer<'_, 'p> {
     /// Returns the actions of an operator. There are several if a condition speaks of the origin, and origins are of several
     /// kinds; there is none if the operator is never possible.
-    pub fn actions(&self, o: usize) -> Result<Vec<Commented>, WriteFault> {
+    pub fn actions(&self, o: usize) -> Result<Vec<Action>, WriteFault> {
         let domain = self.problem.domain();
         let operator = &domain.operators[o];
         let frame = |state: usize| domain.states[state].frame.kind();
@@ -127,7 +112,7 @@ impl<'p> Writer<'_, 'p> {
         origin: Option<&str>,
         from: Vec<usize>,
         name: String,
-    ) -> Result<Option<Commented>, WriteFault> {
+    ) -> Result<Option<Action>, WriteFault> {
         let (domain, words) = (self.problem.domain(), self.words);
         let operator = &domain.operators[o];
         let to = &words.states[operator.to];
@@ -141,26 +126,27 @@ impl<'p> Writer<'_, 'p> {
         };
         let left = if let [one] = from[..] { place(one, "?from_place") } else { None };
         let place = place(operator.to, "?place");
-        let action = Action { name, parameters: scope.variables.clone(), ..Action::default() };
         let shown = format!("{}: shown {}", operator.name, times(operator.instances));
-        let notes = vec![shown];
-        let mut part =
-            Part { scope, operator: o, from, object, origin, target, place, action, notes };
+        let (parameters, comments) = (scope.variables.clone(), vec![shown]);
+        let action = Action { name, parameters, comments, ..Action::default() };
+        let mut part = Part { scope, operator: o, from, object, origin, target, place, action };
         self.leave(&mut part, left);
         self.enter(&mut part, operator.to);
         let resting = self.not_resting(&mut part)?;
-        part.require(resting);
+        part.action.require(resting);
         for (n, need) in operator.needs.iter().enumerate() {
             let counts = !self.dropped.contains(&(o, n));
             if need.verdict == NeedVerdict::Undecided {
                 let what = if counts { "taken as a condition" } else { "left out" };
                 let (need_in_words, held) = (domain.need_in_words(operator, need), need.held);
                 let evidence = format!("held {held} of {}", need.of);
-                part.notes.push(format!("undecided, {what}: {need_in_words} ({evidence})"));
+                part.action
+                    .comments
+                    .push(format!("undecided, {what}: {need_in_words} ({evidence})"));
             }
             match counts.then(|| self.need(&mut part, need)).transpose()? {
                 Some(never) if never == FALSE => return Ok(None),
-                Some(condition) => part.require(condition),
+                Some(condition) => part.action.require(condition),
                 None => {}
             }
         }
@@ -174,7 +160,7 @@ impl<'p> Writer<'_, 'p> {
         part.action.effects.retain(|e| {
             (e.positive || begun.iter().all(|b| b.atom != e.atom)) && seen.insert(e.clone())
         });
-        Ok(Some((part.action, part.notes)))
+        Ok(Some(part.action))
     }
 
     /// Adds that the object is in a state that it may leave, and that it leaves it.
@@ -184,7 +170,7 @@ impl<'p> Writer<'_, 'p> {
         let given_of = given.each_ref().map(Option::as_ref);
         let is_in = from.iter().map(|state| part.scope.is_in(*state, &object, given_of));
         let is_in: Vec<Condition> = is_in.collect();
-        part.require(any(is_in));
+        part.action.require(any(is_in));
         for state in from {
             part.change(&Who::One(object.clone()), state, given.clone(), false, |_, _, _| TRUE);
         }
@@ -204,7 +190,7 @@ impl<'p> Writer<'_, 'p> {
         if let Some(target) =
             target.as_ref().filter(|t| part.scope.kind(t) == part.scope.kind(&object))
         {
-            part.require(not(same(&object, target)));
+            part.action.require(not(same(&object, target)));
         }
         // That no object at all is at the only place says as well that this one is not.
         if part.from.contains(&to) && (places > 1 || !pairs.contains_key(&to)) {
@@ -212,7 +198,7 @@ impl<'p> Writer<'_, 'p> {
                 Some(leaves) if part.from == [to] => leaves,
                 _ => not(part.scope.is_in(to, &object, [target.as_ref(), None])),
             };
-            part.require(leaves);
+            part.action.require(leaves);
         }
         for (state, pairs) in pairs {
             // The object itself is in its own way nowhere. In its new state at this reference it does not move.
@@ -243,7 +229,7 @@ impl<'p> Writer<'_, 'p> {
                 };
                 all((0..places).map(of_place).collect::<Vec<_>>())
             };
-            part.require(condition);
+            part.action.require(condition);
         }
     }
 }

@@ -1,66 +1,10 @@
 //! Conditions on the states of objects, as formulas with quantifiers.
 
 use super::WriteFault;
-use super::names::variable;
 use super::vocabulary::{Vocabulary, typed};
-use crate::plan::strips::{Atom, Condition, EQUAL, Literal, Term, Typed};
-
-/// What always holds, and what never does.
-pub(super) const TRUE: Condition = Condition::All(Vec::new());
-pub(super) const FALSE: Condition = Condition::Any(Vec::new());
-
-/// Returns the condition that all of several hold, without what says nothing.
-pub(super) fn all(parts: impl IntoIterator<Item = Condition>) -> Condition {
-    let mut kept: Vec<Condition> = Vec::new();
-    for part in parts {
-        match part {
-            Condition::Any(inner) if inner.is_empty() => return FALSE,
-            Condition::All(inner) => kept.extend(inner),
-            other => kept.push(other),
-        }
-    }
-    shortest(kept, Condition::All)
-}
-
-/// Returns the condition that one of several holds, without what says nothing.
-pub(super) fn any(parts: impl IntoIterator<Item = Condition>) -> Condition {
-    let mut kept: Vec<Condition> = Vec::new();
-    for part in parts {
-        match part {
-            Condition::All(inner) if inner.is_empty() => return TRUE,
-            Condition::Any(inner) => kept.extend(inner),
-            other => kept.push(other),
-        }
-    }
-    shortest(kept, Condition::Any)
-}
-
-fn shortest(parts: Vec<Condition>, whole: fn(Vec<Condition>) -> Condition) -> Condition {
-    let mut kept: Vec<Condition> = Vec::with_capacity(parts.len());
-    for part in parts {
-        if !kept.contains(&part) {
-            kept.push(part);
-        }
-    }
-    if kept.len() == 1 { kept.swap_remove(0) } else { whole(kept) }
-}
-
-/// Returns the opposite of a condition.
-pub(super) fn not(condition: Condition) -> Condition {
-    match condition {
-        Condition::Literal(l) => Condition::Literal(Literal { positive: !l.positive, ..l }),
-        Condition::Not(inner) => *inner,
-        Condition::All(parts) if parts.is_empty() => FALSE,
-        Condition::Any(parts) if parts.is_empty() => TRUE,
-        other => Condition::Not(other.into()),
-    }
-}
-
-/// Returns the condition that two terms are one object.
-pub(super) fn same(left: &Term, right: &Term) -> Condition {
-    let atom = Atom { predicate: EQUAL.to_owned(), arguments: vec![left.clone(), right.clone()] };
-    Condition::Literal(Literal { positive: true, atom })
-}
+use crate::plan::strips::{
+    Condition, FALSE, Term, Typed, all, any, not, quantified, same, variable,
+};
 
 /// How many objects, or which, a condition asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,22 +64,7 @@ impl<'v> Scope<'v> {
         let depth = self.variables.len();
         let terms: Vec<Term> = kinds.iter().map(|kind| self.add("", kind)).collect();
         let inner = inner(self, &terms);
-        let mut variables = self.variables.split_off(depth);
-        match (exists, inner) {
-            (_, inner) if variables.is_empty() => inner,
-            (true, inner) if inner == FALSE => FALSE,
-            (false, inner) if inner == TRUE => TRUE,
-            (true, Condition::Exists(further, inner)) => {
-                variables.extend(further);
-                Condition::Exists(variables, inner)
-            }
-            (false, Condition::Forall(further, inner)) => {
-                variables.extend(further);
-                Condition::Forall(variables, inner)
-            }
-            (true, inner) => Condition::Exists(variables, inner.into()),
-            (false, inner) => Condition::Forall(variables, inner.into()),
-        }
+        quantified(exists, self.variables.split_off(depth), inner)
     }
 
     /// Returns whether an object of a term's type can be in a state, and with a term as its reference.
@@ -192,7 +121,7 @@ impl<'v> Scope<'v> {
         test: &mut Test<'_>,
     ) -> Result<Condition, WriteFault> {
         let mut kinds: Vec<Vec<&str>> = vec![Vec::new()];
-        for _ in 0..count {
+        for _ in 0..count.min(MOST_CHOSEN) {
             let longer = kinds.iter().flat_map(|chosen| {
                 let from = groups.iter().position(|(kind, _)| chosen.last() == Some(kind));
                 let rest = &groups[from.unwrap_or(0)..];

@@ -2,8 +2,10 @@
 
 use super::WriteFault;
 use super::actions::{Part, Writer};
-use super::conditions::{FALSE, Scope, TRUE, all, any, not, same};
-use crate::plan::strips::{Atom, Condition, ConditionalEffect, Literal, Term};
+use super::conditions::Scope;
+use crate::plan::strips::{
+    Atom, Condition, ConditionalEffect, FALSE, Literal, TRUE, Term, all, any, not, same,
+};
 use crate::task::domain::{self, Role, SideEffect, Subject};
 
 /// Whose state an effect changes.

@@ -10,12 +10,9 @@
 mod actions;
 mod conditions;
 mod effects;
-mod names;
 mod needs;
 mod relational;
 mod vocabulary;
-
-use std::fmt::{self, Display, Formatter};
 
 use thiserror::Error;
 
@@ -23,53 +20,13 @@ pub use relational::of_relational;
 
 use crate::plan::strips;
 
-/// A domain and a problem in PDDL, with comments.
+/// A domain and a problem in PDDL.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The domain.
     pub domain: strips::Domain,
     /// The problem.
     pub problem: strips::Problem,
-    /// Comments on the domain, on each of its actions, and on the problem.
-    notes: [Vec<String>; 2],
-    of_actions: Vec<Vec<String>>,
-}
-
-impl Written {
-    /// Returns the text of the domain, with comments on what its names and conditions stand for.
-    pub fn domain_text(&self) -> String {
-        format!("{}{}", Comments(&self.notes[0], ""), DomainText(self))
-    }
-
-    /// Returns the text of the problem.
-    pub fn problem_text(&self) -> String {
-        format!("{}{}", Comments(&self.notes[1], ""), self.problem)
-    }
-}
-
-/// Comments, a line each, behind an indentation.
-struct Comments<'a>(&'a [String], &'a str);
-
-impl Display for Comments<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        for comment in self.0 {
-            let comment = comment.replace(char::is_control, " ");
-            writeln!(f, "{}; {comment}", self.1)?;
-        }
-        Ok(())
-    }
-}
-
-struct DomainText<'a>(&'a Written);
-
-impl Display for DomainText<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        self.0.domain.write_head(f)?;
-        for (action, comments) in self.0.domain.actions.iter().zip(&self.0.of_actions) {
-            write!(f, "\n{}{action}\n", Comments(comments, "  "))?;
-        }
-        f.write_str(")\n")
-    }
 }
 
 /// Why a problem cannot be written as PDDL.

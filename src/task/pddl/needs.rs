@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::WriteFault;
 use super::actions::{Part, Writer};
-use super::conditions::{FALSE, Least, Scope, TRUE, all, any, not, same};
-use crate::plan::strips::{Condition, Term};
+use super::conditions::{Least, Scope};
+use crate::plan::strips::{Condition, FALSE, TRUE, Term, all, any, not, same};
 use crate::task::domain::{Need, NeedVerdict, Role, Subject};
 
 /// Greatest number up to which a condition that counts is written for every scene.
@@ -95,7 +95,7 @@ impl Writer<'_, '_> {
             least if least <= CAPPED || !certain => Least::Capped(least),
             least => {
                 let what = domain.names(states).join(" or ");
-                part.notes.push(format!("{what}: {present} objects of this scene count"));
+                part.action.comments.push(format!("{what}: {present} objects of this scene count"));
                 Least::Here(least.min(present).max(1))
             }
         };
@@ -162,7 +162,7 @@ impl Writer<'_, '_> {
             if others > MOST_CHAINED {
                 return Err(WriteFault::TooLarge { count: others });
             }
-            part.notes.push(format!(
+            part.action.comments.push(format!(
                 "what the target rests on is followed through {others} objects of this scene"
             ));
             others

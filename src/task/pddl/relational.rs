@@ -3,11 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::actions::Writer;
-use super::conditions::{Least, Scope, all, any};
-use super::names::Names;
+use super::conditions::{Least, Scope};
 use super::vocabulary::{Vocabulary, typed};
 use super::{WriteFault, Written};
-use crate::plan::strips::{self, Condition, Domain, EQUAL, Fact, Literal, Term};
+use crate::plan::strips::{self, Condition, Domain, Fact, Names, TRUE, Term, all, quantified};
 use crate::task::compile::Problem;
 use crate::task::domain::{GoalTerm, Quantity, Situation};
 
@@ -34,12 +33,11 @@ pub fn of_relational(
     let dropped: BTreeSet<(usize, usize)> = dropped.iter().copied().collect();
     let writer = Writer { problem, words: &words, dropped: &dropped };
     let mut calls = Names::new();
-    let (mut actions, mut of_actions) = (Vec::new(), Vec::new());
+    let mut actions = Vec::new();
     for o in 0..learned.operators.len() {
-        for (mut action, notes) in writer.actions(o)? {
+        for mut action in writer.actions(o)? {
             action.name = calls.fresh(&action.name);
             actions.push(action);
-            of_actions.push(notes);
         }
     }
     let goals = problem.goals().iter().map(|goal| of_goal(&writer, goal));
@@ -51,23 +49,17 @@ pub fn of_relational(
         constants: words.constants(),
         predicates: words.predicates(),
         actions,
+        comments: notes_of_domain(problem, &words),
         ..Domain::default()
     };
-    let mut seen = Seen::default();
-    seen.typed(!words.kinds.is_empty());
-    domain.actions.iter().for_each(|action| seen.action(action));
-    domain.requirements = seen.requirements();
-    let mut of_goal = Seen::default();
-    of_goal.typed(!words.kinds.is_empty());
-    of_goal.condition(&goals);
+    domain.requirements = domain.used();
     let mut of_problem = strips::Problem {
         name: format!("{own}-problem"),
         domain: own,
-        requirements: of_goal.requirements(),
         conditions: if let Condition::All(parts) = goals { parts } else { vec![goals] },
         ..strips::Problem::default()
     };
-    let domain_notes = notes_of_domain(problem, &words);
+    of_problem.requirements = of_problem.used(&domain);
     let mut notes = vec!["Written by symbolt.".to_owned()];
     notes.extend(
         problem.goals().iter().map(|goal| format!("Goal: {}.", learned.goal_in_words(goal))),
@@ -98,7 +90,8 @@ pub fn of_relational(
             of_problem.init.push(Fact { predicate: predicate.clone(), arguments });
         }
     }
-    Ok(Written { domain, problem: of_problem, notes: [domain_notes, notes], of_actions })
+    of_problem.comments = notes;
+    Ok(Written { domain, problem: of_problem })
 }
 
 /// Returns the condition of a term of the goal.
@@ -116,24 +109,18 @@ fn of_goal(writer: &Writer<'_, '_>, goal: &GoalTerm) -> Result<Condition, WriteF
                 }),
                 _ => scope.is_in(state, x, [reference, None]),
             };
-            (all([]), is_in)
+            (TRUE, is_in)
         })
     };
     match (goal.quantity.clone(), &named.frame) {
-        (Quantity::AtLeast(0) | Quantity::EachReference(0), _) => Ok(all([])),
+        (Quantity::AtLeast(0) | Quantity::EachReference(0), _) => Ok(TRUE),
         (Quantity::AtLeast(least), _) => enough(&mut scope, Least::Here(least), None),
         (Quantity::EachObject, _) => enough(&mut scope, Least::Every, None),
-        (Quantity::EachReference(_), None) => Ok(all([])),
+        (Quantity::EachReference(_), None) => Ok(TRUE),
         (Quantity::EachReference(least), Some(frame)) => {
-            let mut fault = None;
-            let each = scope.quantified(false, &[frame], |scope, r| {
-                let found = enough(scope, Least::Here(least), Some(&r[0]));
-                found.unwrap_or_else(|why| {
-                    fault = Some(why);
-                    any([])
-                })
-            });
-            fault.map_or(Ok(each), Err)
+            let reference = scope.add("", frame);
+            let each = enough(&mut scope, Least::Here(least), Some(&reference))?;
+            Ok(quantified(false, scope.variables, each))
         }
     }
 }
@@ -156,63 +143,4 @@ fn notes_of_domain(problem: &Problem<'_>, words: &Vocabulary) -> Vec<String> {
         )
     }));
     notes
-}
-
-/// What conditions and effects use of PDDL.
-#[derive(Default)]
-struct Seen([bool; 7]);
-
-impl Seen {
-    const ALL: [&'static str; 7] = [
-        ":typing",
-        ":negative-preconditions",
-        ":disjunctive-preconditions",
-        ":equality",
-        ":existential-preconditions",
-        ":universal-preconditions",
-        ":conditional-effects",
-    ];
-
-    fn typed(&mut self, typed: bool) {
-        self.0[0] |= typed;
-    }
-
-    fn literal(&mut self, literal: &Literal) {
-        self.0[1] |= !literal.positive;
-        self.0[3] |= literal.atom.predicate == EQUAL;
-    }
-
-    fn condition(&mut self, condition: &Condition) {
-        match condition {
-            Condition::Literal(l) => self.literal(l),
-            Condition::Compare(..) => {}
-            Condition::Not(inner) => {
-                self.0[1] = true;
-                self.condition(inner);
-            }
-            Condition::All(parts) => parts.iter().for_each(|part| self.condition(part)),
-            Condition::Any(parts) => {
-                self.0[2] = true;
-                parts.iter().for_each(|part| self.condition(part));
-            }
-            Condition::Exists(_, inner) | Condition::Forall(_, inner) => {
-                self.0[if matches!(condition, Condition::Exists(..)) { 4 } else { 5 }] = true;
-                self.condition(inner);
-            }
-        }
-    }
-
-    fn action(&mut self, action: &strips::Action) {
-        action.preconditions.iter().for_each(|l| self.literal(l));
-        action.conditions.iter().for_each(|c| self.condition(c));
-        for effect in &action.conditional {
-            self.0[6] = true;
-            self.condition(&effect.condition);
-        }
-    }
-
-    fn requirements(&self) -> Vec<String> {
-        let used = Self::ALL.iter().zip(self.0).filter(|(_, used)| *used);
-        [":strips"].into_iter().chain(used.map(|(name, _)| *name)).map(str::to_owned).collect()
-    }
 }

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::names::{Names, variable};
-use crate::plan::strips::{Atom, Fact, Literal, OBJECT, Predicate, Term, Typed, Types};
+use crate::plan::strips::{
+    Atom, Fact, Literal, Names, OBJECT, Predicate, Term, Typed, Types, variable,
+};
 use crate::task::domain::{self, RelationalDomain, Role, Subject};
 
 /// The predicate of a state and the types of its arguments.

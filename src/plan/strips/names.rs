@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::plan::strips::Typed;
+use super::pddl::Typed;
 
 /// Words that mean something in PDDL.
 const TAKEN: [&str; 9] =
     ["object", "and", "not", "or", "either", "exists", "forall", "imply", "when"];
 
 /// Gives each original name one name in PDDL.
-pub(super) struct Names {
+pub(crate) struct Names {
     used: BTreeSet<String>,
     given: BTreeMap<String, String>,
 }
@@ -54,7 +54,7 @@ impl Names {
 }
 
 /// Returns a name for a variable of a type that no other has.
-pub(super) fn variable(kind: &str, taken: &[Typed]) -> String {
+pub(crate) fn variable(kind: &str, taken: &[Typed]) -> String {
     let further = (3..).map(|number| format!("?other_{kind}_{number}"));
     let mut all = [format!("?{kind}"), format!("?other_{kind}")].into_iter().chain(further);
     all.find(|name| taken.iter().all(|t| t.name != *name)).unwrap_or_default()
