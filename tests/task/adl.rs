@@ -337,6 +337,35 @@ fn a_validator_that_forgets_conditional_effects_is_found_out() {
     assert!(validate(&domain, &problem, ["(go)"]).is_ok());
 }
 
+/// Each box needs a part, whichever; parts can be taken out again.
+fn boxes(count: usize) -> (Domain, Problem) {
+    let domain = "(define (domain boxes) (:types part box) (:predicates (free ?p - part) (in ?p - part ?b - box))
+        (:action put :parameters (?p - part ?b - box) :precondition (free ?p)
+          :effect (and (not (free ?p)) (in ?p ?b)))
+        (:action take :parameters (?p - part ?b - box) :precondition (in ?p ?b)
+          :effect (and (free ?p) (not (in ?p ?b)))))";
+    let all = |name: &str| (0..count).map(|n| format!("{name}{n} ")).collect::<String>();
+    let free = (0..count).map(|n| format!("(in p{n} b0) ")).collect::<String>();
+    let problem = format!(
+        "(define (problem p) (:domain boxes) (:objects {}- part {}- box) (:init {free})
+         (:goal (forall (?b - box) (exists (?p - part) (in ?p ?b)))))",
+        all("p"),
+        all("b")
+    );
+    parse(domain, &problem)
+}
+
+#[test]
+fn a_goal_that_each_of_eight_boxes_has_a_part_is_grounded() {
+    let (domain, problem) = boxes(3);
+    // Two parts leave the first box, where one of three has to stay.
+    assert_eq!(compare(&domain, &problem, 200).2, Some(4));
+    let (domain, problem) = boxes(8);
+    let grounded = Grounded::new(&domain, &problem).unwrap();
+    let hidden = grounded.operators.iter().filter(|o| o.is_hidden()).count();
+    assert_eq!((grounded.goal.len(), hidden), (8, 64));
+}
+
 #[test]
 fn a_goal_with_alternatives_is_reached_and_its_hidden_operator_is_not_in_the_plan() {
     let text = "(define (domain d) (:predicates (a) (b) (c))

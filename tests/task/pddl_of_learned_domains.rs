@@ -199,7 +199,7 @@ fn the_ground_actions_are_the_moves_in_the_situations_of_random_walks() {
             let pddl = Pddl::new(&domain, read_back, task);
             let counts = pddl.walk(&problem, (&now, strict), [3, 8], rng);
             let counts = counts.unwrap_or_else(|why| {
-                panic!("{} {strict}: {why}\n{}", world.name(), written.domain.to_string())
+                panic!("{} {strict}: {why}\n{}", world.name(), written.domain)
             });
             compared += 1;
             all = [all[0] + counts[0], all[1] + counts[1], all[2] + counts[2]];
@@ -304,6 +304,8 @@ fn the_command_writes_both_files_or_none() {
     let (code, out, err) = call(&[]);
     assert_eq!((code, out.lines().count()), (Some(0), 1), "{err}");
     let first = std::fs::read(file("made/problem.pddl")).expect("it was written");
+    let text = std::fs::read_to_string(file("made/domain.pddl")).expect("it was written");
+    assert!(text.contains("(define (domain learned)") && text.contains(":parameters (?"), "{text}");
     std::fs::remove_file(file("made/domain.pddl")).expect("it was written");
     let (code, _, err) = call(&[]);
     assert!(code == Some(2) && err.contains("problem.pddl"), "{err}");
@@ -311,6 +313,33 @@ fn the_command_writes_both_files_or_none() {
     let (code, out, _) = call(&["--force", "--json"]);
     assert!(code == Some(0) && out.contains("\"actions\""), "{out}");
     assert_eq!(std::fs::read(file("made/problem.pddl")).expect("it was written"), first);
+}
+
+#[test]
+fn one_domain_serves_several_scenes_and_names_no_object_of_them() {
+    let mut compared = 0;
+    for world in worlds::plain() {
+        let Some(domain) = learned(&world) else { continue };
+        let of_scene = |seed: u64| {
+            let run = world.begin(Seed::new(seed), Stage::Test);
+            let layout = Classifier::new(&domain).classify(&run.snapshot());
+            let problem = Problem::new(&domain, &layout).ok()?;
+            let written = of_relational(&problem, &[], &layout.situation(), world.name()).ok()?;
+            let ids: Vec<String> = layout
+                .objects
+                .iter()
+                .map(|object| format!(" {}", object.id.to_lowercase()))
+                .collect();
+            let text = written.domain.to_string();
+            assert!(ids.iter().all(|id| !text.contains(&format!("{id})"))), "{text}");
+            // Comments say where a condition depends on the scene.
+            (!text.contains("of this scene")).then_some(text)
+        };
+        let texts: Vec<String> = [9, 10, 11].into_iter().filter_map(of_scene).collect();
+        assert!(texts.windows(2).all(|two| two[0] == two[1]), "{}", world.name());
+        compared += usize::from(texts.len() == 3);
+    }
+    assert!(compared >= 12, "{compared}");
 }
 
 /// A domain with any conditions and effects, and objects anywhere.

@@ -6,7 +6,7 @@ use super::lower::Ground;
 use super::operators::{self, Compiled};
 use super::reach::Call;
 use super::schema::Schema;
-use super::ways::{Code, Known, Way, join};
+use super::ways::{Code, Known, Part, Way, join};
 use super::{Fluent, GroundFault, GroundOperator, Grounded};
 use crate::plan::strips::formula::Number;
 use crate::plan::strips::pddl::{Action, Fact, Literal, Problem};
@@ -29,7 +29,7 @@ impl Assembly<'_, '_, '_> {
     pub fn grounded(
         &mut self,
         literals: Vec<(Ground, bool)>,
-        parts: &[(Vec<Way>, String)],
+        parts: &[Part],
     ) -> Result<Grounded, GroundFault> {
         let base = self.known.base;
         let count = self.known.facts.len();

@@ -40,7 +40,7 @@ use lower::{Base, Fitting, Formula, Ground, Lower, UNBOUND};
 use operators::{Compiled, of_call};
 use reach::Reach;
 use schema::{Schema, check_choices};
-use ways::{Known, Rule, Way};
+use ways::{Known, Part, Rule};
 
 /// Greatest number of reachable facts, and of reachable operators.
 const MAX_GROUND: usize = 200_000;
@@ -237,7 +237,7 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         }
     }
     let mut of_goal: Vec<(Ground, bool)> = Vec::new();
-    let mut parts: Vec<(Vec<Way>, String)> = Vec::new();
+    let mut parts: Vec<Part> = Vec::new();
     let unreachable = |fluent: &str, why: &str| GroundFault::Unreachable {
         problem: problem.name.clone(),
         fluent: fluent.to_owned(),

@@ -19,6 +19,9 @@ pub(super) type Code = u32;
 /// Sorted codes.
 pub(super) type Way = Vec<Code>;
 
+/// A part of a goal: the ways to meet it, and its name.
+pub(super) type Part = (Vec<Way>, String);
+
 /// A rule for a derived predicate.
 pub(super) struct Rule {
     pub fitting: Vec<Rc<Fitting>>,
@@ -290,10 +293,7 @@ impl<'b, 'a> Known<'b, 'a> {
 
     /// Returns the parts of a goal, each with its ways and its name: first what is certain, then what has alternatives.
     /// The inner error names a part that contradicts another.
-    pub fn parts(
-        &self,
-        parts: Vec<(Vec<Way>, String)>,
-    ) -> Result<Result<Vec<(Vec<Way>, String)>, String>, TooLarge> {
+    pub fn parts(&self, parts: Vec<Part>) -> Result<Result<Vec<Part>, String>, TooLarge> {
         let (single, mut open): (Vec<_>, Vec<_>) =
             parts.into_iter().partition(|(ways, _)| ways.len() == 1);
         let mut certain = Way::new();
