@@ -49,11 +49,14 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     let (domain, scene) = read(&args.domain, &args.scene)?;
-    let name = args.domain.file_stem().map_or_else(|| "domain".into(), |n| n.to_string_lossy());
+    // `domain` is a word of PDDL.
+    let name = args.domain.file_stem().map(|n| n.to_string_lossy());
+    let name = name.filter(|name| !matches!(&**name, "domain" | "problem" | "-"));
+    let name = name.unwrap_or_else(|| "learned".into());
     let written = write(args, &domain, &scene, &name)?;
     drop(progress);
     let overwrite = overwrite(args.force);
-    let texts = [written.domain_text(), written.problem_text()];
+    let texts = [written.domain.to_string(), written.problem.to_string()];
     let folder = ResultFolder::open(&args.out)?;
     warn_of(&folder);
     // Either both files are written or none.

@@ -38,14 +38,14 @@ fn calls(domain: &Domain, problem: &Problem) -> Vec<String> {
 }
 
 /// A problem by the meaning of its conditions.
-struct Meaning<'a> {
+pub struct Meaning<'a> {
     domain: &'a Domain,
     problem: &'a Problem,
     calls: Vec<String>,
 }
 
 impl<'a> Meaning<'a> {
-    fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
+    pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
         Self { domain, problem, calls: calls(domain, problem) }
     }
 
@@ -53,11 +53,11 @@ impl<'a> Meaning<'a> {
         Problem { init: state.iter().cloned().collect(), ..self.problem.clone() }
     }
 
-    fn met(&self, state: &BTreeSet<Fact>) -> bool {
+    pub fn met(&self, state: &BTreeSet<Fact>) -> bool {
         validate(self.domain, &self.at(state), []).is_ok()
     }
 
-    fn after(&self, state: &BTreeSet<Fact>) -> Vec<(&str, BTreeSet<Fact>)> {
+    pub fn after(&self, state: &BTreeSet<Fact>) -> Vec<(&str, BTreeSet<Fact>)> {
         let here = Problem { goal: Vec::new(), conditions: Vec::new(), ..self.at(state) };
         let next = self.calls.iter().filter_map(|call| {
             let after = validate(self.domain, &here, [call.as_str()]).ok()?;
@@ -120,7 +120,7 @@ fn plan_of(grounded: &Grounded) -> Option<Vec<usize>> {
 }
 
 /// Returns the fluents that hold when exactly these facts do, of those that are facts of the problem.
-fn fluents(grounded: &Grounded, facts: &BTreeSet<Fact>) -> BTreeSet<usize> {
+pub fn fluents(grounded: &Grounded, facts: &BTreeSet<Fact>) -> BTreeSet<usize> {
     let holds = |index: &usize| {
         let fluent = &grounded.fluents[*index];
         facts.contains(&fluent.fact) == fluent.holds
@@ -335,6 +335,35 @@ fn a_validator_that_forgets_conditional_effects_is_found_out() {
     wrong.actions[0].conditional.clear();
     assert!(validate(&wrong, &problem, ["(go)"]).is_err());
     assert!(validate(&domain, &problem, ["(go)"]).is_ok());
+}
+
+/// Each box needs a part, whichever; parts can be taken out again.
+fn boxes(count: usize) -> (Domain, Problem) {
+    let domain = "(define (domain boxes) (:types part box) (:predicates (free ?p - part) (in ?p - part ?b - box))
+        (:action put :parameters (?p - part ?b - box) :precondition (free ?p)
+          :effect (and (not (free ?p)) (in ?p ?b)))
+        (:action take :parameters (?p - part ?b - box) :precondition (in ?p ?b)
+          :effect (and (free ?p) (not (in ?p ?b)))))";
+    let all = |name: &str| (0..count).map(|n| format!("{name}{n} ")).collect::<String>();
+    let free = (0..count).map(|n| format!("(in p{n} b0) ")).collect::<String>();
+    let problem = format!(
+        "(define (problem p) (:domain boxes) (:objects {}- part {}- box) (:init {free})
+         (:goal (forall (?b - box) (exists (?p - part) (in ?p ?b)))))",
+        all("p"),
+        all("b")
+    );
+    parse(domain, &problem)
+}
+
+#[test]
+fn a_goal_that_each_of_eight_boxes_has_a_part_is_grounded() {
+    let (domain, problem) = boxes(3);
+    // Two parts leave the first box, where one of three has to stay.
+    assert_eq!(compare(&domain, &problem, 200).2, Some(4));
+    let (domain, problem) = boxes(8);
+    let grounded = Grounded::new(&domain, &problem).unwrap();
+    let hidden = grounded.operators.iter().filter(|o| o.is_hidden()).count();
+    assert_eq!((grounded.goal.len(), hidden), (8, 64));
 }
 
 #[test]

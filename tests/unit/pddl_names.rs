@@ -1,4 +1,4 @@
-//! Unit tests of `src/task/pddl/names.rs`.
+//! Unit tests of `src/plan/strips/names.rs`.
 
 use super::*;
 

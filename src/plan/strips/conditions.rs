@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
-use super::formula::{Comparison, Condition, ConditionalEffect, Expression};
+use super::formula::{Comparison, Condition, ConditionalEffect, Expression, not};
 use super::lists::{MAX_NAMES, meant, tail};
 use super::numbers::Numbers;
 use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
@@ -340,14 +340,6 @@ impl<'a> Scope<'a> {
         }
         let expected = format!("at most {MAX_COPIED} parts of conditions and expressions");
         Err(self.source.fault(node.place, problem, expected))
-    }
-}
-
-/// Returns the opposite of a condition.
-fn not(condition: Condition) -> Condition {
-    match condition {
-        Condition::Literal(l) => Condition::Literal(Literal { positive: !l.positive, ..l }),
-        other => Condition::Not(other.into()),
     }
 }
 

@@ -5,7 +5,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::pddl::{Atom, EQUAL, Literal, Typed};
+use super::pddl::{Atom, EQUAL, Literal, Term, Typed};
 
 /// A finite number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
@@ -198,6 +198,82 @@ impl Condition {
             }
         }
     }
+}
+
+/// What always holds, and what never does.
+pub(crate) const TRUE: Condition = Condition::All(Vec::new());
+pub(crate) const FALSE: Condition = Condition::Any(Vec::new());
+
+/// Returns the condition that all of several hold, without what says nothing.
+pub(crate) fn all(parts: impl IntoIterator<Item = Condition>) -> Condition {
+    let mut kept: Vec<Condition> = Vec::new();
+    for part in parts {
+        match part {
+            Condition::Any(inner) if inner.is_empty() => return FALSE,
+            Condition::All(inner) => kept.extend(inner),
+            other => kept.push(other),
+        }
+    }
+    shortest(kept, Condition::All)
+}
+
+/// Returns the condition that one of several holds, without what says nothing.
+pub(crate) fn any(parts: impl IntoIterator<Item = Condition>) -> Condition {
+    let mut kept: Vec<Condition> = Vec::new();
+    for part in parts {
+        match part {
+            Condition::All(inner) if inner.is_empty() => return TRUE,
+            Condition::Any(inner) => kept.extend(inner),
+            other => kept.push(other),
+        }
+    }
+    shortest(kept, Condition::Any)
+}
+
+fn shortest(parts: Vec<Condition>, whole: fn(Vec<Condition>) -> Condition) -> Condition {
+    let mut kept: Vec<Condition> = Vec::with_capacity(parts.len());
+    for part in parts {
+        if !kept.contains(&part) {
+            kept.push(part);
+        }
+    }
+    if kept.len() == 1 { kept.swap_remove(0) } else { whole(kept) }
+}
+
+/// Returns the opposite of a condition.
+pub(crate) fn not(condition: Condition) -> Condition {
+    match condition {
+        Condition::Literal(l) => Condition::Literal(Literal { positive: !l.positive, ..l }),
+        Condition::Not(inner) => *inner,
+        other if other == TRUE => FALSE,
+        other if other == FALSE => TRUE,
+        other => Condition::Not(other.into()),
+    }
+}
+
+/// Returns a condition that holds for some objects of variables, or for all, without what says nothing.
+pub(crate) fn quantified(exists: bool, mut variables: Vec<Typed>, inner: Condition) -> Condition {
+    match (exists, inner) {
+        (_, inner) if variables.is_empty() => inner,
+        (true, inner) if inner == FALSE => FALSE,
+        (false, inner) if inner == TRUE => TRUE,
+        (true, Condition::Exists(further, inner)) => {
+            variables.extend(further);
+            Condition::Exists(variables, inner)
+        }
+        (false, Condition::Forall(further, inner)) => {
+            variables.extend(further);
+            Condition::Forall(variables, inner)
+        }
+        (true, inner) => Condition::Exists(variables, inner.into()),
+        (false, inner) => Condition::Forall(variables, inner.into()),
+    }
+}
+
+/// Returns the condition that two terms are one object.
+pub(crate) fn same(left: &Term, right: &Term) -> Condition {
+    let atom = Atom { predicate: EQUAL.to_owned(), arguments: vec![left.clone(), right.clone()] };
+    Condition::Literal(Literal { positive: true, atom })
 }
 
 /// Effects for all objects of quantified variables, where a condition holds before.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `pddl`, `formula` | [`Domain`], [`Problem`], literals of actions; other conditions, effects and numbers |
 //! | `lists`, `read`, `conditions`, `numbers`, `durative`, `problem` | the readers of domains and problems |
-//! | `write` | the printer |
+//! | `write`, `names`, `requirements` | the printer, names that PDDL allows, and requirements of what is used |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
 //! | `shorten` | [`shorten`](shorten()): takes detours out of a plan |
 //! | `truth` | whether conditions hold in a state, by their meaning |
@@ -30,10 +30,12 @@ mod durative;
 mod formula;
 mod ground;
 mod lists;
+mod names;
 mod numbers;
 mod pddl;
 mod problem;
 mod read;
+mod requirements;
 mod sexpr;
 mod shorten;
 mod trace;
@@ -45,8 +47,10 @@ pub use formula::{
     Comparison, Condition, ConditionalEffect, Derived, Expression, Function, Increase, Number,
     Operation,
 };
+pub(crate) use formula::{FALSE, TRUE, all, any, not, quantified, same};
 pub use ground::{Fluent, GroundFault, GroundOperator, Grounded};
 pub use lists::contents;
+pub(crate) use names::{Names, variable};
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };

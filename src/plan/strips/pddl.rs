@@ -162,8 +162,23 @@ pub struct Action {
     pub effects: Vec<Literal>,
     /// Effects under a condition or for all objects of a type.
     pub conditional: Vec<ConditionalEffect>,
+    /// Comments that are printed above the action. They are not read.
+    pub comments: Vec<String>,
     /// Functions that the action increases. Those that the problem minimises are its cost.
     pub increases: Vec<Increase>,
+}
+
+impl Action {
+    /// Adds a condition that must hold before the action, if it is new.
+    pub(crate) fn require(&mut self, condition: Condition) {
+        match condition {
+            Condition::All(parts) => parts.into_iter().for_each(|part| self.require(part)),
+            Condition::Literal(l) if self.preconditions.contains(&l) => {}
+            Condition::Literal(l) => self.preconditions.push(l),
+            other if self.conditions.contains(&other) => {}
+            other => self.conditions.push(other),
+        }
+    }
 }
 
 /// A planning domain.
@@ -186,6 +201,8 @@ pub struct Domain {
     pub derived: Vec<Derived>,
     /// Action schemas, in the order of declaration.
     pub actions: Vec<Action>,
+    /// Comments that are printed first. They are not read.
+    pub comments: Vec<String>,
     /// What the text has that is sloppy or that is ignored, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -228,6 +245,8 @@ pub struct Problem {
     pub name: String,
     /// Name of the domain.
     pub domain: String,
+    /// Requirements with their colon, such as `:universal-preconditions` for the goal.
+    pub requirements: Vec<String>,
     /// Objects, without the constants of the domain, except those of a narrower type in this problem.
     pub objects: Vec<Typed>,
     /// Facts that hold at first. All others do not.
@@ -240,6 +259,8 @@ pub struct Problem {
     pub numbers: Vec<(Fact, Number)>,
     /// The function that is to be minimised, the plan's cost: that of `:metric`, or `(total-cost)` if an action increases it.
     pub metric: Option<Fact>,
+    /// Comments that are printed first. They are not read.
+    pub comments: Vec<String>,
     /// What the text has that is sloppy or that is ignored, a sentence each.
     pub warnings: Vec<String>,
 }

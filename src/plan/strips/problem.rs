@@ -114,7 +114,11 @@ impl ProblemReader<'_> {
                 }
             }
             Some(":metric") => self.metric(section, problem),
-            Some(":domain" | ":objects" | ":requirements") => {}
+            Some(":requirements") => {
+                let words = tail(section).iter().filter_map(Node::word);
+                problem.requirements.extend(words.map(str::to_owned));
+            }
+            Some(":domain" | ":objects") => {}
             Some(":length" | ":situation" | ":documentation") => {
                 let what =
                     format!("{} says nothing about the plan and is ignored", section.shown());

@@ -165,6 +165,7 @@ impl Display for Fact {
 
 impl Display for Action {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        comments(f, &self.comments, "  ")?;
         writeln!(f, "  (:action {}", self.name)?;
         writeln!(f, "    :parameters ({})", TypedList(&self.parameters))?;
         let names: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
@@ -186,19 +187,34 @@ impl Display for Action {
                 let of = |l: &Literal| l.atom.arguments.contains(&Term::Parameter(position));
                 mentions(&effect.condition, position) || effect.effects.iter().any(of)
             });
-            let own = variables.iter().map(|v| v.name.as_str());
-            let all: Vec<&str> = names.iter().copied().chain(own).collect();
+            let own: Vec<String> = variables.iter().map(|v| v.name.clone()).collect();
+            let all: Vec<&str> = names.iter().copied().chain(own.iter().map(|n| &**n)).collect();
             f.write_str("\n      ")?;
-            for variable in &variables {
-                write!(f, "(forall ({}) ", TypedList(std::slice::from_ref(variable)))?;
+            // A list has no name twice, and what says nothing is not written.
+            let mut lists: Vec<Vec<Typed>> = Vec::new();
+            for variable in variables {
+                match lists.last_mut() {
+                    Some(list) if list.iter().all(|v| v.name != variable.name) => {
+                        list.push(variable);
+                    }
+                    _ => lists.push(vec![variable]),
+                }
             }
-            write!(f, "(when {} (and", ShownCondition(&effect.condition, &all))?;
+            for list in &lists {
+                write!(f, "(forall ({}) ", TypedList(list))?;
+            }
+            let always = matches!(&effect.condition, Condition::All(parts) if parts.is_empty());
+            if !always {
+                write!(f, "(when {} ", ShownCondition(&effect.condition, &all))?;
+            }
+            let several = effect.effects.len() != 1;
+            f.write_str(if several { "(and" } else { "" })?;
             for effect in &effect.effects {
-                f.write_str(" ")?;
+                f.write_str(if several { " " } else { "" })?;
                 literal(f, effect, &all)?;
             }
-            f.write_str("))")?;
-            variables.iter().try_for_each(|_| f.write_str(")"))?;
+            let end = lists.len() + usize::from(!always) + usize::from(several);
+            f.write_str(&")".repeat(end))?;
         }
         for increase in &self.increases {
             f.write_str("\n      (increase ")?;
@@ -250,8 +266,15 @@ impl Domain {
     }
 }
 
+/// Writes comments, a line each, behind an indentation.
+fn comments(f: &mut Formatter<'_>, comments: &[String], gap: &str) -> fmt::Result {
+    let line = |comment: &String| comment.replace(char::is_control, " ");
+    comments.iter().try_for_each(|comment| writeln!(f, "{gap}; {}", line(comment)))
+}
+
 impl Display for Domain {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        comments(f, &self.comments, "")?;
         self.write_head(f)?;
         self.derived.iter().try_for_each(|rule| writeln!(f, "\n{rule}"))?;
         self.actions.iter().try_for_each(|action| writeln!(f, "\n{action}"))?;
@@ -261,7 +284,11 @@ impl Display for Domain {
 
 impl Display for Problem {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        comments(f, &self.comments, "")?;
         writeln!(f, "(define (problem {})\n  (:domain {})", self.name, self.domain)?;
+        if !self.requirements.is_empty() {
+            writeln!(f, "  (:requirements {})", self.requirements.join(" "))?;
+        }
         writeln!(f, "  (:objects {})", TypedList(&self.objects))?;
         f.write_str("  (:init")?;
         self.init.iter().try_for_each(|fact| write!(f, "\n    {fact}"))?;

@@ -20,7 +20,6 @@ mod target;
 mod transition;
 mod undecided;
 
-pub(crate) use facts::Test;
 pub use ground::GroundProblem;
 pub use moves::Move;
 pub use problem::{Problem, ProblemError};

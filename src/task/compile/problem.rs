@@ -269,7 +269,7 @@ impl<'d> Problem<'d> {
     }
 
     /// Returns the facts that an object can have: every place of every state of its kind, at every reference.
-    pub(crate) fn facts_of(&self, object: usize) -> Vec<Fact> {
+    pub(super) fn facts_of(&self, object: usize) -> Vec<Fact> {
         let states = self.domain.states.iter().enumerate();
         let own = states.filter(|(_, state)| *state.kind == *self.objects[object].kind);
         let all = own.flat_map(|(state, described)| {
@@ -288,7 +288,7 @@ impl<'d> Problem<'d> {
     }
 
     /// Returns the tests of the terms of the goal, in order.
-    pub(crate) fn goal_tests(&self) -> &[Test] {
+    pub(super) fn goal_tests(&self) -> &[Test] {
         &self.goal_tests
     }
 

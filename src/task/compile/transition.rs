@@ -88,7 +88,7 @@ impl Problem<'_> {
 
     /// Returns the least number of objects that a need of an action asks for in this scene. If the action moves any
     /// object of a kind, `any` is this kind: the one that moves does not count.
-    pub(crate) fn least(&self, need: &Need, counted: &Counted<'_>, any: Option<&str>) -> usize {
+    pub(super) fn least(&self, need: &Need, counted: &Counted<'_>, any: Option<&str>) -> usize {
         let kinds: BTreeSet<&str> =
             counted.states().map(|state| &*self.domain.states[state].kind).collect();
         let objects = self.objects.iter().enumerate();
@@ -159,7 +159,7 @@ impl Problem<'_> {
     }
 
     /// Returns the objects whose state an action can change so that a condition begins to hold.
-    pub(crate) fn changeable(&self, condition: &Condition, action: &Parameters) -> Vec<usize> {
+    fn changeable(&self, condition: &Condition, action: &Parameters) -> Vec<usize> {
         match condition.subject {
             Subject::Is(role) => action.get(role).into_iter().collect(),
             Subject::At(_) | Subject::Any => {
@@ -171,12 +171,7 @@ impl Problem<'_> {
 
     /// Returns the fact of an object for which an action lets a condition begin. Its reference is that of the condition, or
     /// its old one if that has the right kind, or the first of this kind.
-    pub(crate) fn begun(
-        &self,
-        condition: &Condition,
-        action: &Parameters,
-        old: Option<&Fact>,
-    ) -> Fact {
+    fn begun(&self, condition: &Condition, action: &Parameters, old: Option<&Fact>) -> Fact {
         let reference = match condition.subject {
             Subject::At(role) => action.get(role),
             Subject::Is(_) | Subject::Any => {

@@ -1,77 +1,49 @@
-//! Writes learned domains, with a situation and a goal, as PDDL that any STRIPS planner reads.
+//! Writes learned domains, with a situation and a goal, as PDDL.
 //!
-//! [`of_relational`] writes a relational problem. Its facts say where an object is: `(cup_at_plate cup1 plate2)`. There is one
-//! action for each move, for each state that the object may leave, and for each way to meet its conditions, so that
-//! neither quantifiers nor conditional effects are needed. The reachable states are the reachable situations of the
-//! problem. [`of_grounded`] writes a grounded problem, such as that of a domain learned as in the paper. Its facts have no
-//! arguments.
+//! [`of_relational`] writes a relational problem. The domain has a type for each kind, a predicate for each state, such as
+//! `(cup_at_plate ?cup ?plate)`, and an action for each operator. Where a condition speaks of the origin and the object
+//! may leave references of several kinds, there is one action for each of them. Conditions that count other objects are
+//! quantified; effects on other objects are universal. The objects of the scene and the goal are in the problem.
 //!
-//! Both need `:strips`, `:typing` and `:negative-preconditions` alone.
+//! The reachable states are the reachable situations of the problem, and the actions that are possible are its moves.
 
+mod actions;
 mod conditions;
-mod goals;
-mod names;
-mod plain;
+mod effects;
+mod needs;
 mod relational;
-
-use std::fmt::Write as _;
+mod vocabulary;
 
 use thiserror::Error;
 
-pub use plain::of_grounded;
 pub use relational::of_relational;
 
-use crate::plan::strips::{self, MAX_ACTIONS};
-use crate::task::compile::Move;
-use names::Names;
+use crate::plan::strips;
 
-/// A domain and a problem in PDDL, and what their names stand for.
+/// A domain and a problem in PDDL.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The domain.
     pub domain: strips::Domain,
     /// The problem.
     pub problem: strips::Problem,
-    /// The move of each action of the domain, in its order; `None` for the actions that check the goal. Empty for a
-    /// grounded problem, whose actions are those of its operators.
-    pub moves: Vec<Option<Move>>,
-    /// Original names, each with its name in PDDL, where they differ.
-    pub renamed: Vec<(String, String)>,
-    notes: Vec<String>,
-}
-
-impl Written {
-    /// Returns the text of the domain, with what its names stand for as comments.
-    pub fn domain_text(&self) -> String {
-        let mut text = String::from("; Written by symbolt.\n");
-        for note in &self.notes {
-            let _ = writeln!(text, "; {note}");
-        }
-        for (original, name) in &self.renamed {
-            let original: String =
-                original.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-            let _ = writeln!(text, "; {name} stands for {original}");
-        }
-        let _ = write!(text, "{}", self.domain);
-        text
-    }
-
-    /// Returns the text of the problem.
-    pub fn problem_text(&self) -> String {
-        format!("; Written by symbolt.\n{}", self.problem)
-    }
 }
 
 /// Why a problem cannot be written as PDDL.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum WriteFault {
-    /// There are too many actions.
-    #[error("the problem has more than {MAX_ACTIONS} actions; use a scene with fewer objects")]
-    TooLarge,
+    /// A condition counts too many objects.
+    #[error(
+        "a condition or the goal counts so many objects that PDDL would have to choose {count} of them, or objects of too many kinds"
+    )]
+    TooLarge {
+        /// Number of objects that a quantifier would choose.
+        count: usize,
+    },
     /// An action changes the state of another object, and it is not certain which.
     #[error(
-        "the action {action} puts another object into {state}, and any of several; STRIPS cannot say which"
+        "the action {action} puts another object into {state}, and any of several; PDDL cannot say which"
     )]
     Uncertain {
         /// Name of the action.

@@ -1,26 +1,24 @@
 //! Relational problems as PDDL.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use super::conditions::{At, Possible, Way};
-use super::goals::{Counted, terms};
-use super::{Names, WriteFault, Written};
-use crate::plan::strips::{
-    self, Action, Atom, Domain, Literal, MAX_ACTIONS, OBJECT, Predicate, Term, Typed, Types,
-};
-use crate::task::compile::{Move, Problem};
-use crate::task::domain::{Fact, Frame, Situation};
+use super::actions::Writer;
+use super::conditions::{Least, Scope};
+use super::vocabulary::{Vocabulary, typed};
+use super::{WriteFault, Written};
+use crate::plan::strips::{self, Condition, Domain, Fact, Names, TRUE, Term, all, quantified};
+use crate::task::compile::Problem;
+use crate::task::domain::{GoalTerm, Quantity, Situation};
 
 /// Writes a relational problem with a situation and the problem's goal.
 ///
-/// The objects of the scene are constants of the domain. Needs in `dropped`, pairs of operator and need, do not count; take
-/// [`Problem::dropped`] or that of the ground problem. Goals that count objects are met by further actions: `finish` ends
-/// the moves, and then one action counts each object.
+/// Needs in `dropped`, pairs of operator and need, do not count; take [`Problem::dropped`] or that of the ground problem.
+/// Objects of kinds that the domain does not know are left out.
 ///
-/// Costs O(moves x states to leave x ways to meet the conditions).
+/// Costs O(states x operators + objects), whatever the number of moves.
 ///
 /// # Errors
-/// [`WriteFault`] if there are more than [`MAX_ACTIONS`] actions, or if it is not certain what an action changes.
+/// [`WriteFault`] if a condition counts too many objects, or if it is not certain what an action changes.
 ///
 /// # Panics
 /// If `now` does not have one entry for each object of the problem.
@@ -30,275 +28,119 @@ pub fn of_relational(
     now: &Situation,
     name: &str,
 ) -> Result<Written, WriteFault> {
-    let possible = Possible::new(problem, dropped.iter().copied().collect());
-    let mut text = Text::new(problem);
-    let terms = terms(&possible);
-    let counted = terms.iter().any(|term| !term.each_certain());
-    let (mut actions, mut moves) = (Vec::new(), Vec::new());
-    for m in all_moves(&possible) {
-        for from in &possible.facts[m.object] {
-            let operator = &problem.domain().operators[m.operator];
-            let same = from.state == operator.to && from.reference == m.reference;
-            if same || !operator.from.contains(&from.state) {
-                continue;
-            }
-            for way in possible.ways(&m, from, MAX_ACTIONS)? {
-                if actions.len() >= MAX_ACTIONS {
-                    return Err(WriteFault::TooLarge);
-                }
-                actions.push(text.action(&m, &way, counted));
-                moves.push(Some(m));
-            }
+    let learned = problem.domain();
+    let mut words = Vocabulary::new(learned);
+    let dropped: BTreeSet<(usize, usize)> = dropped.iter().copied().collect();
+    let writer = Writer { problem, words: &words, dropped: &dropped };
+    let mut calls = Names::new();
+    let mut actions = Vec::new();
+    for o in 0..learned.operators.len() {
+        for mut action in writer.actions(o)? {
+            action.name = calls.fresh(&action.name);
+            actions.push(action);
         }
     }
-    let mut goal = Vec::new();
-    if counted {
-        actions.push(text.finish());
-    }
-    for (t, term) in terms.iter().enumerate() {
-        if term.each_certain() {
-            goal.extend(term.candidates.iter().flatten().map(|at| (true, text.fact(at))));
-        } else {
-            actions.extend(text.count(t, term));
-            goal.push((
-                true,
-                strips::Fact { predicate: text.counter(t, term.least), arguments: Vec::new() },
-            ));
-        }
-    }
-    moves.resize(actions.len(), None);
-    let mut init: Vec<strips::Fact> = Vec::new();
-    for (i, fact) in now.iter().enumerate() {
-        init.extend(fact.map(|fact| text.fact(&(i, fact))));
-    }
-    if counted {
-        init.push(strips::Fact { predicate: text.moving.clone(), arguments: Vec::new() });
-        let counted = terms.iter().enumerate().filter(|(_, term)| !term.each_certain());
-        let zeros = counted.map(|(t, _)| text.counter(t, 0)).collect::<Vec<_>>();
-        init.extend(
-            zeros.into_iter().map(|predicate| strips::Fact { predicate, arguments: Vec::new() }),
-        );
-    }
-    Ok(text.finished(name, actions, moves, (init, goal)))
-}
-
-/// Returns all moves of a problem, whatever the situation.
-fn all_moves(possible: &Possible<'_>) -> Vec<Move> {
-    let problem = possible.problem;
-    let mut moves = Vec::new();
-    for (operator, described) in problem.domain().operators.iter().enumerate() {
-        for (object, facts) in possible.facts.iter().enumerate() {
-            let to = facts.iter().filter(|fact| fact.state == described.to);
-            moves.extend(to.map(|fact| Move {
-                operator,
-                object,
-                reference: fact.reference,
-                place: fact.place,
-            }));
-        }
-    }
-    moves
-}
-
-/// The names of a problem, and what is written with them.
-struct Text<'p> {
-    problem: &'p Problem<'p>,
-    names: Names,
-    calls: Names,
-    types: Names,
-    /// Type of each object.
-    kinds: Vec<String>,
-    objects: Vec<String>,
-    /// Name of the predicate of each place of each state.
-    places: Vec<Vec<String>>,
-    moving: String,
-    /// Predicates of the domain.
-    predicates: Vec<Predicate>,
-}
-
-fn call(predicate: &str, arguments: &[&String], positive: bool) -> Literal {
-    let arguments = arguments.iter().map(|name| Term::Constant((*name).clone())).collect();
-    Literal { positive, atom: Atom { predicate: predicate.to_owned(), arguments } }
-}
-
-impl<'p> Text<'p> {
-    fn new(problem: &'p Problem<'p>) -> Self {
-        let mut names = Names::new();
-        let domain = problem.domain();
-        let states = domain.states.iter().map(|state| {
-            let first = names.of(&state.name);
-            let further = (1..state.places.len())
-                .map(|place| names.fresh(&format!("{}-place-{}", state.name, place + 1)))
-                .collect::<Vec<_>>();
-            [vec![first], further].concat()
-        });
-        let places = states.collect();
-        let objects: Vec<String> = problem.objects().iter().map(|o| names.of(&o.id)).collect();
-        let mut types = Names::new();
-        let own = problem.objects().iter().map(|o| &*o.kind);
-        let described = domain.states.iter().flat_map(|s| [Some(s.kind.as_str()), s.frame.kind()]);
-        let of_kinds: BTreeMap<&str, String> =
-            own.chain(described.flatten()).map(|kind| (kind, types.of(kind))).collect();
-        let kinds = problem.objects().iter().map(|o| of_kinds[&*o.kind].clone()).collect();
-        let moving = names.fresh("moving");
-        let mut text = Self {
-            problem,
-            names,
-            calls: Names::new(),
-            types,
-            kinds,
-            objects,
-            places,
-            moving,
-            predicates: Vec::new(),
+    let goals = problem.goals().iter().map(|goal| of_goal(&writer, goal));
+    let goals = all(goals.collect::<Result<Vec<_>, _>>()?);
+    let own = Names::new().fresh(name);
+    let mut domain = Domain {
+        name: own.clone(),
+        types: words.types(),
+        constants: words.constants(),
+        predicates: words.predicates(),
+        actions,
+        comments: notes_of_domain(problem, &words),
+        ..Domain::default()
+    };
+    domain.requirements = domain.used();
+    let mut of_problem = strips::Problem {
+        name: format!("{own}-problem"),
+        domain: own,
+        conditions: if let Condition::All(parts) = goals { parts } else { vec![goals] },
+        ..strips::Problem::default()
+    };
+    of_problem.requirements = of_problem.used(&domain);
+    let mut notes = vec!["Written by symbolt.".to_owned()];
+    notes.extend(
+        problem.goals().iter().map(|goal| format!("Goal: {}.", learned.goal_in_words(goal))),
+    );
+    let objects = problem.objects();
+    let names: Vec<String> = objects.iter().map(|object| words.names.fresh(&object.id)).collect();
+    for ((object, name), fact) in objects.iter().zip(&names).zip(now) {
+        let Some(kind) = words.kinds.get(&*object.kind) else {
+            let (id, kind) = (&object.id, &object.kind);
+            notes.push(format!("{id} is left out: nothing is known of its kind, {kind}."));
+            continue;
         };
-        for (s, state) in domain.states.iter().enumerate() {
-            let typed = |name: &str, kind: &str| Typed {
-                name: name.to_owned(),
-                types: vec![of_kinds[kind].clone()],
+        of_problem.objects.push(typed(name, kind));
+        if object.id.to_ascii_lowercase() != *name {
+            notes.push(format!("{name} stands for {}.", object.id));
+        }
+        if fact.is_none() && words.states.iter().any(|state| state.kind == *kind) {
+            notes.push(format!("{name} is in no state."));
+        }
+    }
+    for (object, fact) in now.iter().enumerate() {
+        of_problem.init.extend(fact.map(|fact| words.fact(object, &fact, &names)));
+    }
+    for (kind, predicate) in &words.firsts {
+        let first = of_problem.objects.iter().find(|object| object.types[0] == *kind);
+        let arguments: Vec<String> = first.iter().map(|object| object.name.clone()).collect();
+        if !arguments.is_empty() {
+            of_problem.init.push(Fact { predicate: predicate.clone(), arguments });
+        }
+    }
+    of_problem.comments = notes;
+    Ok(Written { domain, problem: of_problem })
+}
+
+/// Returns the condition of a term of the goal.
+fn of_goal(writer: &Writer<'_, '_>, goal: &GoalTerm) -> Result<Condition, WriteFault> {
+    let (domain, words) = (writer.problem.domain(), writer.words);
+    let (state, named) = (goal.state, &words.states[goal.state]);
+    let mut scope = Scope { words, variables: Vec::new() };
+    let groups = [(named.kind.as_str(), writer.present(&domain.states[state].kind))];
+    let enough = |scope: &mut Scope<'_>, least: Least, reference: Option<&Term>| {
+        scope.at_least(least, &groups, &mut |scope, x, _| {
+            let is_in = match (goal.reference, &named.frame) {
+                (Some(within), Some(frame)) => scope.quantified(true, &[frame], |scope, r| {
+                    let there = scope.is_in(state, x, [Some(&r[0]), None]);
+                    all([there, scope.is_in(within, &r[0], [None; 2])])
+                }),
+                _ => scope.is_in(state, x, [reference, None]),
             };
-            let mut parameters = vec![typed("?object", &state.kind)];
-            if let Frame::Kind(kind) = &state.frame {
-                parameters.push(typed("?reference", kind));
-            }
-            for name in &text.places[s] {
-                text.predicates.push(Predicate {
-                    name: name.clone(),
-                    parameters: parameters.clone(),
-                    of_type: false,
-                });
-            }
-        }
-        text
-    }
-
-    fn arguments(&self, (object, fact): &At) -> Vec<&String> {
-        [Some(*object), fact.reference].into_iter().flatten().map(|i| &self.objects[i]).collect()
-    }
-
-    fn predicate(&self, fact: &Fact) -> &str {
-        &self.places[fact.state][fact.place]
-    }
-
-    fn fact(&self, at: &At) -> strips::Fact {
-        let arguments = self.arguments(at).into_iter().cloned().collect();
-        strips::Fact { predicate: self.predicate(&at.1).to_owned(), arguments }
-    }
-
-    fn literal(&self, at: &At, positive: bool) -> Literal {
-        call(self.predicate(&at.1), &self.arguments(at), positive)
-    }
-
-    fn action(&mut self, m: &Move, way: &Way, counted: bool) -> Action {
-        let mut name = self.problem.domain().operators[m.operator].name.clone();
-        for i in [Some(m.object), m.reference].into_iter().flatten() {
-            name = format!("{name}_{}", self.objects[i]);
-        }
-        let literals = |list: &BTreeSet<At>, positive: bool| {
-            list.iter().map(|at| self.literal(at, positive)).collect::<Vec<_>>()
-        };
-        let mut preconditions = literals(&way.holds, true);
-        if counted {
-            preconditions.push(call(&self.moving, &[], true));
-        }
-        preconditions.extend(literals(&way.lacks, false));
-        let ends = way.ends.difference(&way.begins).copied().collect();
-        let effects = [literals(&ends, false), literals(&way.begins, true)].concat();
-        Action { name: self.calls.fresh(&name), preconditions, effects, ..Action::default() }
-    }
-
-    /// Returns the action that ends the moves.
-    fn finish(&mut self) -> Action {
-        let moving = self.moving.clone();
-        self.predicates.push(Predicate { name: moving.clone(), ..Predicate::default() });
-        Action {
-            name: self.calls.fresh("finish"),
-            preconditions: vec![call(&moving, &[], true)],
-            effects: vec![call(&moving, &[], false)],
-            ..Action::default()
+            (TRUE, is_in)
+        })
+    };
+    match (goal.quantity.clone(), &named.frame) {
+        (Quantity::AtLeast(0) | Quantity::EachReference(0), _) => Ok(TRUE),
+        (Quantity::AtLeast(least), _) => enough(&mut scope, Least::Here(least), None),
+        (Quantity::EachObject, _) => enough(&mut scope, Least::Every, None),
+        (Quantity::EachReference(_), None) => Ok(TRUE),
+        (Quantity::EachReference(least), Some(frame)) => {
+            let reference = scope.add("", frame);
+            let each = enough(&mut scope, Least::Here(least), Some(&reference))?;
+            Ok(quantified(false, scope.variables, each))
         }
     }
+}
 
-    /// Returns the name of the predicate that says that at least so many objects were counted for a part of the goal.
-    fn counter(&mut self, term: usize, count: usize) -> String {
-        self.names.of(&format!("goal-{}-counted-{count}", term + 1))
+/// Returns the comments on a domain.
+fn notes_of_domain(problem: &Problem<'_>, words: &Vocabulary) -> Vec<String> {
+    let mut notes = vec![
+        "Written by symbolt. A predicate says that an object is in a state, with its reference if it has one.".to_owned(),
+    ];
+    if problem.undecided().next().is_some() {
+        let which = "Undecided conditions are those that always held, or never, and may be coincidences. Which are left out is judged by the scene.";
+        notes.push(which.to_owned());
     }
-
-    /// Returns the actions that count objects for a part of the goal.
-    fn count(&mut self, t: usize, term: &Counted) -> Vec<Action> {
-        let counters: Vec<String> = (0..=term.least).map(|k| self.counter(t, k)).collect();
-        let done = self.names.fresh(&format!("goal-{}-has", t + 1));
-        let plain = |name: &String| Predicate { name: name.clone(), ..Predicate::default() };
-        self.predicates.extend(counters.iter().map(plain));
-        let any = Typed { name: "?object".into(), types: vec![OBJECT.into()] };
-        self.predicates.push(Predicate {
-            name: done.clone(),
-            parameters: vec![any],
-            of_type: false,
-        });
-        let mut actions = Vec::new();
-        for pair in counters.windows(2) {
-            for facts in &term.candidates {
-                let object = self.objects[facts[0].0].clone();
-                let name = self.calls.fresh(&format!("count_{object}"));
-                let mut preconditions: Vec<Literal> =
-                    facts.iter().map(|at| self.literal(at, true)).collect();
-                preconditions.extend([
-                    call(&pair[0], &[], true),
-                    call(&self.moving, &[], false),
-                    call(&done, &[&object], false),
-                ]);
-                let effects = vec![
-                    call(&pair[0], &[], false),
-                    call(&pair[1], &[], true),
-                    call(&done, &[&object], true),
-                ];
-                actions.push(Action { name, preconditions, effects, ..Action::default() });
-            }
-        }
-        actions
-    }
-
-    fn finished(
-        mut self,
-        name: &str,
-        actions: Vec<Action>,
-        moves: Vec<Option<Move>>,
-        (init, goal): (Vec<strips::Fact>, Vec<(bool, strips::Fact)>),
-    ) -> Written {
-        let name = self.names.fresh(name);
-        let types = self.types.names().map(str::to_owned);
-        let types = types.map(|name| Typed { name, types: vec![OBJECT.into()] });
-        let constants = self.objects.iter().zip(&self.kinds);
-        let constants = constants
-            .map(|(name, kind)| Typed { name: name.clone(), types: vec![kind.clone()] })
-            .collect();
-        let domain = Domain {
-            name: name.clone(),
-            requirements: [":strips", ":typing", ":negative-preconditions"]
-                .map(str::to_owned)
-                .into(),
-            // Types without supertypes are in no circle.
-            types: Types::new(types.collect()).unwrap_or_default(),
-            constants,
-            predicates: self.predicates,
-            actions,
-            ..Domain::default()
-        };
-        let problem = strips::Problem {
-            name: format!("{name}-problem"),
-            domain: name,
-            objects: Vec::new(),
-            init,
-            goal,
-            ..strips::Problem::default()
-        };
-        let mut renamed = self.names.renamed();
-        renamed.extend(self.types.renamed());
-        let notes = vec![
-            "Facts say where an object is. An action has the name of its operator, the object that it moves and".into(),
-            "the object at which it puts it; a number tells apart what it needs. Actions that count check the goal.".into(),
-        ];
-        Written { domain, problem, moves, renamed, notes }
-    }
+    let renamed = words.renamed().into_iter();
+    notes.extend(renamed.map(|(original, name)| format!("{name} stands for {original}.")));
+    let firsts = words.firsts.iter();
+    notes.extend(firsts.map(|(kind, name)| {
+        format!(
+            "({name} ?{kind}) holds for the first {kind} of the scene, to which goes what had none."
+        )
+    }));
+    notes
 }

@@ -1,18 +1,18 @@
 //! Puts the fluents and operators of a problem together.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::lower::Ground;
 use super::operators::{self, Compiled};
 use super::reach::Call;
 use super::schema::Schema;
-use super::ways::{Code, Known, Way, join};
+use super::ways::{Code, Known, Part, Way, join};
 use super::{Fluent, GroundFault, GroundOperator, Grounded};
 use crate::plan::strips::formula::Number;
 use crate::plan::strips::pddl::{Action, Fact, Literal, Problem};
 use crate::plan::strips::sexpr::short;
 
-/// Name of the fact that stands for a goal with alternatives. No predicate has a blank in its name.
+/// Name of the facts that stand for parts of the goal with alternatives. No predicate has a blank in its name.
 const GOAL: &str = "the goal";
 
 /// Puts the operators of a problem together.
@@ -25,12 +25,11 @@ pub(super) struct Assembly<'k, 'b, 'a> {
 }
 
 impl Assembly<'_, '_, '_> {
-    /// Returns the grounded problem. `literals` and one of the `ways` must hold at the end.
+    /// Returns the grounded problem. `literals` and one of the ways of each part must hold at the end.
     pub fn grounded(
         &mut self,
         literals: Vec<(Ground, bool)>,
-        ways: Vec<Way>,
-        names: &[String],
+        parts: &[Part],
     ) -> Result<Grounded, GroundFault> {
         let base = self.known.base;
         let count = self.known.facts.len();
@@ -40,9 +39,6 @@ impl Assembly<'_, '_, '_> {
         }
         let mut holds_first: Vec<bool> =
             facts.iter().map(|fact| fact.is_some_and(|fact| base.start.contains(fact))).collect();
-        // The fact that stands for the goal, if it has alternatives.
-        let hidden = count as u32;
-        holds_first.push(false);
         let code = |(fact, holds): &(Ground, bool)| {
             self.known.facts.get(fact).map(|number| 2 * number + u32::from(!holds))
         };
@@ -57,14 +53,34 @@ impl Assembly<'_, '_, '_> {
         }
         goal.sort_unstable();
         goal.dedup();
-        if let [one] = ways.as_slice() {
-            goal.extend(one);
-        } else {
-            for needs in ways.iter().filter_map(|way| join(&goal, way)) {
-                let (call, effects, cost) = (None, vec![2 * hidden], Number::default());
-                self.compiled.push(Compiled { call, needs, effects, cost });
+        let (single, open): (Vec<_>, Vec<_>) = parts.iter().partition(|(ways, _)| ways.len() == 1);
+        goal.extend(single.iter().flat_map(|(ways, _)| &ways[0]));
+        goal.sort_unstable();
+        goal.dedup();
+        // Facts that stand for what has alternatives. What changes one of its facts makes it false.
+        let mut changed: BTreeMap<Code, BTreeSet<Code>> = BTreeMap::new();
+        for (at, (ways, _)) in open.iter().enumerate() {
+            holds_first.push(false);
+            for code in ways.iter().flatten().filter(|_| open.len() > 1) {
+                changed.entry(code ^ 1).or_default().insert(2 * (count + at) as u32 + 1);
             }
-            goal = vec![2 * hidden];
+        }
+        for operator in &mut self.compiled {
+            let ends = operator.effects.iter().filter_map(|code| changed.get(code));
+            let ends: BTreeSet<Code> = ends.flatten().copied().collect();
+            operator.effects.extend(ends);
+        }
+        for (at, (ways, _)) in open.iter().enumerate() {
+            let effects = vec![2 * (count + at) as u32];
+            let around: &[Code] = if open.len() > 1 { &[] } else { &goal };
+            for needs in ways.iter().filter_map(|way| join(around, way)) {
+                let (call, cost) = (None, Number::default());
+                self.compiled.push(Compiled { call, needs, effects: effects.clone(), cost });
+            }
+        }
+        match open.len() {
+            1 => goal = vec![2 * count as u32],
+            several => goal.extend((0..several).map(|at| 2 * (count + at) as u32)),
         }
         goal.sort_unstable();
         goal.dedup();
@@ -85,7 +101,11 @@ impl Assembly<'_, '_, '_> {
         }
         let fact = |number: usize| match facts.get(number).copied().flatten() {
             Some(fact) => base.fact(fact),
-            None => Fact { predicate: GOAL.to_owned(), arguments: Vec::new() },
+            None if open.len() == 1 => Fact { predicate: GOAL.to_owned(), arguments: Vec::new() },
+            None => {
+                let arguments = vec![(number - count + 1).to_string()];
+                Fact { predicate: GOAL.to_owned(), arguments }
+            }
         };
         let mut fluents: Vec<(Fluent, Code)> = Vec::new();
         for number in (0..changing.len()).filter(|number| changing[*number]) {
@@ -107,11 +127,11 @@ impl Assembly<'_, '_, '_> {
                     wanted.insert(place);
                 }
                 None if holds_first[number] == holds => {}
-                _ if number == count => {
-                    let fluent = names.join(" and ");
+                _ if number >= count => {
+                    let (_, fluent) = open[number - count];
                     let why = "no state that the actions can reach meets it".to_owned();
                     let problem = self.problem.name.clone();
-                    return Err(GroundFault::Unreachable { problem, fluent: short(&fluent), why });
+                    return Err(GroundFault::Unreachable { problem, fluent: short(fluent), why });
                 }
                 _ => return Err(self.unreachable(&fact(number), holds)),
             }

@@ -6,7 +6,8 @@
 //!
 //! Quantifiers stand for all objects of their types, and derived predicates for the conditions that derive them. A
 //! condition that can be met in several ways, or an effect whose condition is not certain, makes several operators of one
-//! action with its objects. A goal that can be met in several ways becomes a fact that hidden operators make true.
+//! action with its objects. A part of the goal that can be met in several ways becomes a fact that hidden operators make true,
+//! and operators that change what it is about make false.
 //!
 //! | file | contents |
 //! |---|---|
@@ -39,7 +40,7 @@ use lower::{Base, Fitting, Formula, Ground, Lower, UNBOUND};
 use operators::{Compiled, of_call};
 use reach::Reach;
 use schema::{Schema, check_choices};
-use ways::{Known, Rule, Way};
+use ways::{Known, Part, Rule};
 
 /// Greatest number of reachable facts, and of reachable operators.
 const MAX_GROUND: usize = 200_000;
@@ -236,29 +237,17 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         }
     }
     let mut of_goal: Vec<(Ground, bool)> = Vec::new();
-    let mut ways = vec![Way::new()];
-    let names: Vec<String> =
-        problem.conditions.iter().map(|c| short(&ShownCondition(c, &[]).to_string())).collect();
+    let mut parts: Vec<Part> = Vec::new();
     let unreachable = |fluent: &str, why: &str| GroundFault::Unreachable {
         problem: problem.name.clone(),
         fluent: fluent.to_owned(),
         why: why.to_owned(),
     };
-    let mut add = |found: Vec<Way>, name: &str| -> Result<Result<(), GroundFault>, TooLarge> {
-        if found.is_empty() {
-            return Ok(Err(unreachable(name, "it holds in no state that the actions can reach")));
-        }
-        ways = known.product(vec![std::mem::take(&mut ways), found])?;
-        Ok(match ways.is_empty() {
-            true => Err(unreachable(name, "it contradicts another part of the goal")),
-            false => Ok(()),
-        })
-    };
-    for (formula, name) in goal.iter().zip(&names) {
-        let found = known.ways(formula, &fitting, &mut vec![UNBOUND; fitting.len()])?;
-        if let Err(fault) = add(found, name)? {
-            return Ok(Err(fault));
-        }
+    for (formula, condition) in goal.iter().zip(&problem.conditions) {
+        let name = short(&ShownCondition(condition, &[]).to_string());
+        let mut bound = vec![UNBOUND; fitting.len()];
+        let found = known.conjuncts(formula, &fitting, &mut bound)?;
+        parts.extend(found.into_iter().map(|ways| (ways, name.clone())));
     }
     for (holds, fact) in &problem.goal {
         let Some(ground) = base.ground(fact) else {
@@ -273,14 +262,21 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
             continue;
         }
         let found = known.derived_ways(ground, *holds)?;
-        let name = Fluent { fact: fact.clone(), holds: *holds }.to_string();
-        if let Err(fault) = add(found.to_vec(), &name)? {
-            return Ok(Err(fault));
-        }
+        parts.push((found.to_vec(), Fluent { fact: fact.clone(), holds: *holds }.to_string()));
+    }
+    if let Some((_, name)) = parts.iter().find(|(ways, _)| ways.is_empty()) {
+        return Ok(Err(unreachable(name, "it holds in no state that the actions can reach")));
+    }
+    let parts = match known.parts(parts)? {
+        Ok(parts) => parts,
+        Err(name) => return Ok(Err(unreachable(&name, "it contradicts another part of the goal"))),
+    };
+    if compiled.len() + parts.iter().map(|(ways, _)| ways.len()).sum::<usize>() > MAX_GROUND {
+        return Err(TooLarge::new("reachable actions, and ways to meet the goal", MAX_GROUND));
     }
     let mut assembly =
         Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
-    let mut grounded = assembly.grounded(of_goal, ways, &names);
+    let mut grounded = assembly.grounded(of_goal, &parts);
     if let (Ok(grounded), Some(call)) = (&mut grounded, unpriced) {
         grounded.warnings.push(format!(
             "the problem gives no value for a part of the cost of `{}`; such parts are counted as 0",

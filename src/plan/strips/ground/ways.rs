@@ -19,6 +19,9 @@ pub(super) type Code = u32;
 /// Sorted codes.
 pub(super) type Way = Vec<Code>;
 
+/// A part of a goal: the ways to meet it, and its name.
+pub(super) type Part = (Vec<Way>, String);
+
 /// A rule for a derived predicate.
 pub(super) struct Rule {
     pub fitting: Vec<Rc<Fitting>>,
@@ -261,6 +264,69 @@ impl<'b, 'a> Known<'b, 'a> {
                 if never { Ok(Vec::new()) } else { self.product(factors) }
             }
         }
+    }
+
+    /// Returns the ways in which each of several conditions can hold that together are one.
+    pub fn conjuncts(
+        &self,
+        formula: &Formula,
+        fitting: &[Rc<Fitting>],
+        bound: &mut Vec<u32>,
+    ) -> Result<Vec<Vec<Way>>, TooLarge> {
+        let mut found = Vec::new();
+        match formula {
+            Formula::All(parts) => {
+                for part in parts {
+                    found.extend(self.conjuncts(part, fitting, bound)?);
+                }
+            }
+            Formula::Each { all: true, slots, inner } => {
+                self.each(slots, fitting, (inner, true), bound, &mut |bound| {
+                    found.extend(self.conjuncts(inner, fitting, bound)?);
+                    Ok(())
+                })?;
+            }
+            other => found.push(self.ways(other, fitting, bound)?),
+        }
+        Ok(found)
+    }
+
+    /// Returns the parts of a goal, each with its ways and its name: first what is certain, then what has alternatives.
+    /// The inner error names a part that contradicts another.
+    pub fn parts(&self, parts: Vec<Part>) -> Result<Result<Vec<Part>, String>, TooLarge> {
+        let (single, mut open): (Vec<_>, Vec<_>) =
+            parts.into_iter().partition(|(ways, _)| ways.len() == 1);
+        let mut certain = Way::new();
+        for (ways, name) in &single {
+            match self.product(vec![vec![std::mem::take(&mut certain)], ways.clone()])?.pop() {
+                Some(way) => certain = way,
+                None => return Ok(Err(name.clone())),
+            }
+        }
+        for (ways, name) in &mut open {
+            self.steps(ways.len() * (certain.len() / 16 + 1))?;
+            ways.retain(|way| join(&certain, way).is_some());
+            if ways.is_empty() {
+                return Ok(Err(std::mem::take(name)));
+            }
+        }
+        open.retain(|(ways, _)| !ways.iter().any(|way| within(way, &certain)));
+        open.sort_by(|a, b| a.0.cmp(&b.0));
+        open.dedup_by(|a, b| a.0 == b.0);
+        let (mut product, mut sum) = (1_usize, 0);
+        for (ways, _) in &open {
+            (product, sum) = (product.saturating_mul(ways.len()), sum + ways.len());
+        }
+        if open.len() > 1 && product <= sum {
+            let names: Vec<String> = open.iter().map(|(_, name)| name.clone()).collect();
+            let ways = self.product(open.into_iter().map(|(ways, _)| ways).collect())?;
+            if ways.is_empty() {
+                return Ok(Err(names.last().cloned().unwrap_or_default()));
+            }
+            open = vec![(ways, names.join(" and "))];
+        }
+        open.insert(0, (vec![certain], String::new()));
+        Ok(Ok(open))
     }
 
     pub fn fact_ways(&self, atom: &Atom, holds: bool, bound: &[u32]) -> Result<Vec<Way>, TooLarge> {

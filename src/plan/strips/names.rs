@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::pddl::Typed;
+
 /// Words that mean something in PDDL.
 const TAKEN: [&str; 9] =
     ["object", "and", "not", "or", "either", "exists", "forall", "imply", "when"];
 
 /// Gives each original name one name in PDDL.
-pub(super) struct Names {
+pub(crate) struct Names {
     used: BTreeSet<String>,
     given: BTreeMap<String, String>,
 }
@@ -44,15 +46,18 @@ impl Names {
         unique
     }
 
-    /// Returns the names that were given to originals.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.given.values().map(String::as_str)
-    }
-
     /// Returns the originals whose names in PDDL differ by more than the case of letters.
-    pub fn renamed(self) -> Vec<(String, String)> {
-        self.given.into_iter().filter(|(o, name)| o.to_ascii_lowercase() != *name).collect()
+    pub fn renamed(&self) -> Vec<(String, String)> {
+        let differ = self.given.iter().filter(|(o, name)| o.to_ascii_lowercase() != **name);
+        differ.map(|(original, name)| (original.clone(), name.clone())).collect()
     }
+}
+
+/// Returns a name for a variable of a type that no other has.
+pub(crate) fn variable(kind: &str, taken: &[Typed]) -> String {
+    let further = (3..).map(|number| format!("?other_{kind}_{number}"));
+    let mut all = [format!("?{kind}"), format!("?other_{kind}")].into_iter().chain(further);
+    all.find(|name| taken.iter().all(|t| t.name != *name)).unwrap_or_default()
 }
 
 #[cfg(test)]
