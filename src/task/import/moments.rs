@@ -90,8 +90,11 @@ type Found = (Pose, usize);
 type Look = (f64, f64);
 const WHOLE: Look = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// Number of samples in a snapshot's time below which the whole rest tells the pose.
-const FEW_SAMPLES: usize = 5;
+/// Least number of samples of a snapshot, if the rest has as many: those nearest to its time.
+const LEAST_SAMPLES: usize = 40;
+
+/// Time beside a motion in which an object may still move, in seconds.
+const UNSURE_S: f64 = 0.1;
 
 impl Log {
     /// Finds contacts and releases and takes a snapshot of all objects at each.
@@ -195,7 +198,7 @@ impl Taker<'_> {
                 let with = carry.riders.iter().map(|i| part.tracks[*i].id.clone()).collect();
                 let own = match event {
                     SnapshotEvent::Release => self.settled(index, carry.object, carry, WHOLE),
-                    _ => own_pose(part, found, carry, WHOLE),
+                    _ => own_pose(part, found, carry.object, carry, WHOLE),
                 };
                 // An object that is first seen later was there before.
                 let known = self.index.get(&id).and_then(|known| self.known[*known].pose);
@@ -229,13 +232,12 @@ impl Taker<'_> {
     ) -> Snapshot {
         let (part, found) = (&self.session.parts[number_of], &self.found[number_of]);
         for (index, track) in part.tracks.iter().enumerate() {
-            let released = |carry: &Carry| {
-                event == SnapshotEvent::Release
-                    && (carry.object == index || carry.riders.contains(&index))
-            };
-            let pose = match carry {
-                Some(carry) if released(carry) => self.settled(number_of, index, carry, look),
-                Some(carry) if carry.object == index => own_pose(part, found, carry, look),
+            let moved = |carry: &&Carry| carry.object == index || carry.riders.contains(&index);
+            let pose = match carry.filter(moved) {
+                Some(carry) if event == SnapshotEvent::Release => {
+                    self.settled(number_of, index, carry, look)
+                }
+                Some(carry) => own_pose(part, found, index, carry, look),
                 _ => resting(part, found, index, t, look),
             };
             if let (Some(known), Some((pose, _))) = (self.index.get(&track.id), pose) {
@@ -309,10 +311,16 @@ impl Taker<'_> {
     }
 }
 
-/// The pose of the carried object at its contact.
-fn own_pose(part: &Part, found: &Carries, carry: &Carry, look: Look) -> Option<Found> {
-    let rest = rest_around(found, carry.object, carry.from, false);
-    glance(&part.tracks[carry.object], found.motions[carry.object].sparse, rest, look)
+/// The pose of an object before a carry in which it moved.
+fn own_pose(
+    part: &Part,
+    found: &Carries,
+    object: usize,
+    carry: &Carry,
+    look: Look,
+) -> Option<Found> {
+    let rest = rest_around(found, object, carry.from, false);
+    glance(&part.tracks[object], found.motions[object].sparse, rest, look)
 }
 
 /// The pose of an object after a carry in which it moved.
@@ -385,12 +393,20 @@ fn pose(sample: &Sample, otherwise: [f64; 4]) -> Pose {
     Pose { position: sample.position, orientation }
 }
 
-/// Returns the pose of an object that rests from `from` to `to`, as it was seen in the time of a snapshot. Snapshots share no
+/// Returns the pose of an object that rests from `from` to `to`, as it was seen in the time of a snapshot. Snapshots share few
 /// samples, so that their poses show how sure they are.
 fn glance(track: &Track, sparse: bool, (from, to): (f64, f64), look: Look) -> Option<Found> {
-    let own = estimate(track, sparse, from.max(look.0), to.min(look.1));
-    own.filter(|(_, count)| !sparse && *count >= FEW_SAMPLES)
-        .or_else(|| estimate(track, sparse, from, to))
+    let rest = between(&track.samples, from + UNSURE_S, to - UNSURE_S);
+    if sparse || rest.is_empty() {
+        return estimate(track, sparse, from, to);
+    }
+    let (begin, end) =
+        (rest.partition_point(|s| s.t < look.0), rest.partition_point(|s| s.t <= look.1));
+    let (middle, half) = ((begin + end) / 2, LEAST_SAMPLES / 2);
+    let (begin, end) = (begin.min(middle.saturating_sub(half)), end.max(middle + half));
+    let begin = begin.min(rest.len().saturating_sub(LEAST_SAMPLES));
+    let end = end.max(begin + LEAST_SAMPLES).min(rest.len());
+    estimate(track, false, rest[begin].t, rest[end - 1].t)
 }
 
 /// Returns a robust mean of an object's poses in a stretch of rest.
