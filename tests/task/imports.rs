@@ -5,7 +5,7 @@ use symbolt::sim::Seed;
 use symbolt::task::import::{Imported, Mapping, Streams};
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::tasks::nuts_and_bolts::{Order, SyntheticDemonstrations};
-use symbolt::task::{InputFault, Recording, SnapshotEvent};
+use symbolt::task::{InputFault, Recording, Sensing, SnapshotEvent};
 
 use crate::streams::{Sampling, Shown, Truth, log};
 
@@ -97,24 +97,46 @@ fn events_of_noisy_streams_are_found_within_a_tenth_of_a_second() {
     assert_eq!(score(&found, &truth)[0], 0);
 }
 
+/// The names of what is learned. Those of states say in which frames they are.
+fn learned(recording: &Recording) -> [Vec<String>; 3] {
+    let domain = learn(recording, &Settings::default()).expect("it is learned").domain;
+    let mut states: Vec<String> = domain.states.iter().map(|s| s.name.clone()).collect();
+    let mut operators: Vec<String> = domain.operators.iter().map(|o| o.name.clone()).collect();
+    let mut goals: Vec<String> =
+        domain.goals.iter().map(|g| domain.states[g.state].name.clone()).collect();
+    for names in [&mut states, &mut operators, &mut goals] {
+        names.sort();
+    }
+    [states, operators, goals]
+}
+
 #[test]
 fn what_is_learned_from_a_stream_is_what_is_learned_from_the_recording() {
-    // Which of two frames explains poses better, the learner decides by fractions of a millimetre; names follow frames.
-    let learned = |recording: &Recording| {
-        let domain = learn(recording, &Settings::default()).expect("it is learned").domain;
-        let mut kinds: Vec<String> = domain.states.iter().map(|s| s.kind.to_string()).collect();
-        kinds.sort();
-        let mut moved: Vec<String> =
-            domain.operators.iter().map(|o| domain.states[o.to].kind.to_string()).collect();
-        moved.sort();
-        (kinds, moved)
-    };
-    let exact = recording(4, 3);
-    let sampling =
-        Sampling { rate_hz: 60.0, noise_m: 1e-4, noise_deg: 0.05, lost: 0.02, shown: Shown::Width };
-    let (text, _) = log(&exact, &sampling, 3);
-    let found = import("", &[("log.csv", &text)]).expect("it is imported");
-    assert_eq!(learned(&found.recording), learned(&exact));
+    let exact = recording(5, 3);
+    let expected = learned(&exact);
+    assert_eq!(expected.each_ref().map(Vec::len), [5, 3, 2], "{expected:?}");
+    for (shown, rate_hz, noise_m, seed) in [
+        (Shown::Width, 60.0, 1e-4, 3),
+        (Shown::Width, 20.0, 1e-3, 4),
+        (Shown::Flag, 30.0, 2e-3, 5),
+        (Shown::Hand, 50.0, 1e-3, 6),
+        (Shown::Nothing, 90.0, 3e-3, 7),
+    ] {
+        let sampling = Sampling { rate_hz, noise_m, noise_deg: 1.0, lost: 0.03, shown };
+        let (text, _) = log(&exact, &sampling, seed);
+        let found = import("", &[("log.csv", &text)]).expect("it is imported");
+        assert_eq!(learned(&found.recording), expected, "{sampling:?}");
+    }
+}
+
+#[test]
+fn noise_does_not_decide_between_frames_that_explain_poses_alike() {
+    let exact = recording(6, 3);
+    let expected = learned(&exact);
+    let sensing = Sensing { pose_noise_m: 1e-3, pose_noise_deg: 1.0, ..Sensing::default() };
+    let same = (0..10)
+        .filter(|seed| learned(&sensing.apply_recording(&exact, Seed::new(*seed))) == expected);
+    assert!(same.count() >= 9);
 }
 
 /// A cup that is carried 0.3 m along x and 0.1 m up, and a shelf, as rows of the long form: time, id, x, y, z.

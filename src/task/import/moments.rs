@@ -91,7 +91,7 @@ type Look = (f64, f64);
 const WHOLE: Look = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// Least number of samples of a snapshot, if the rest has as many: those nearest to its time.
-const LEAST_SAMPLES: usize = 40;
+const LEAST_SAMPLES: usize = 16;
 
 /// Time beside a motion in which an object may still move, in seconds.
 const UNSURE_S: f64 = 0.1;

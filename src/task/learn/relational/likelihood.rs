@@ -26,7 +26,7 @@ const RANGE_M: f64 = 2e-2;
 /// Log probability that an object was put onto something uneven.
 const UNEVEN: f64 = -4.0;
 /// Ratio of a variance to that of noise up to which it may be noise. Of few values, the variance is uncertain.
-const NOISE: f64 = 4.0;
+const NOISE: f64 = 5.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
