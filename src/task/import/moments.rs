@@ -86,11 +86,21 @@ const SETTLED: f64 = 0.3;
 /// A pose with the number of samples behind it.
 type Found = (Pose, usize);
 
+/// The time of which a snapshot tells, in seconds: it ends half-way to the snapshots before and after.
+type Look = (f64, f64);
+const WHOLE: Look = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// Least number of samples of a snapshot, if the rest has as many: those nearest to its time.
+const LEAST_SAMPLES: usize = 16;
+
+/// Time beside a motion in which an object may still move, in seconds.
+const UNSURE_S: f64 = 0.1;
+
 impl Log {
     /// Finds contacts and releases and takes a snapshot of all objects at each.
     ///
-    /// An object that rests has one pose from the moment it came to rest until it moves again: a robust mean of its
-    /// samples there. An object that is not seen after its release has moved with the hand since it was last seen. What
+    /// An object that rests has a robust mean of its samples about the time of the snapshot, half-way to those before and
+    /// after, or of all its samples until it moves again where these are few. An object that is not seen after its release has moved with the hand since it was last seen. What
     /// is not seen otherwise keeps its last pose.
     ///
     /// Costs a window of 0.2 s, of which at most 200 samples count, for each sample; about 0.1 ms for each motion; and,
@@ -155,7 +165,7 @@ impl Taker<'_> {
                 .filter_map(|(part, found)| {
                     let index = part.tracks.iter().position(|track| track.id == known.id)?;
                     let first = part.tracks[index].samples.first()?.t;
-                    Some(resting(part, found, index, first)?.0)
+                    Some(resting(part, found, index, first, WHOLE)?.0)
                 })
                 .next();
         }
@@ -165,29 +175,30 @@ impl Taker<'_> {
         for (index, (part, found)) in self.session.parts.iter().zip(self.found).enumerate() {
             let Some((first, last)) = part.span() else { continue };
             self.offset = if first + self.offset < end { end - first } else { self.offset };
+            let mut events: Vec<(f64, SnapshotEvent, Option<&Carry>)> = Vec::new();
             if index == 0 {
-                snapshots.push(self.snapshot(
-                    index,
-                    first,
-                    SnapshotEvent::Start,
-                    None,
-                    snapshots.len(),
-                ));
+                events.push((first, SnapshotEvent::Start, None));
             }
-            let mut events: Vec<(f64, SnapshotEvent, &Carry)> = Vec::new();
             for carry in &found.carries {
-                events.push((carry.from, SnapshotEvent::Contact, carry));
-                events.push((carry.to, SnapshotEvent::Release, carry));
+                events.push((carry.from, SnapshotEvent::Contact, Some(carry)));
+                events.push((carry.to, SnapshotEvent::Release, Some(carry)));
+            }
+            if index == last_part {
+                events.push((last, SnapshotEvent::End, None));
             }
             events.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for (t, event, carry) in events {
+            for (at, &(t, event, carry)) in events.iter().enumerate() {
+                let half = |other: &(f64, SnapshotEvent, Option<&Carry>)| (other.0 + t) / 2.0;
+                let before = at.checked_sub(1).map_or(f64::NEG_INFINITY, |at| half(&events[at]));
+                let look = (before, events.get(at + 1).map_or(f64::INFINITY, half));
                 let number = snapshots.len();
-                snapshots.push(self.snapshot(index, t, event, Some(carry), number));
+                snapshots.push(self.snapshot(index, (t, look), event, carry, number));
+                let Some(carry) = carry else { continue };
                 let id = part.tracks[carry.object].id.clone();
                 let with = carry.riders.iter().map(|i| part.tracks[*i].id.clone()).collect();
                 let own = match event {
-                    SnapshotEvent::Release => self.settled(index, carry.object, carry),
-                    _ => own_pose(part, found, carry),
+                    SnapshotEvent::Release => self.settled(index, carry.object, carry, WHOLE),
+                    _ => own_pose(part, found, carry.object, carry, WHOLE),
                 };
                 // An object that is first seen later was there before.
                 let known = self.index.get(&id).and_then(|known| self.known[*known].pose);
@@ -207,15 +218,6 @@ impl Taker<'_> {
                 });
             }
             end = last + self.offset;
-            if index == last_part {
-                snapshots.push(self.snapshot(
-                    index,
-                    last,
-                    SnapshotEvent::End,
-                    None,
-                    snapshots.len(),
-                ));
-            }
         }
         snapshots
     }
@@ -223,21 +225,20 @@ impl Taker<'_> {
     fn snapshot(
         &mut self,
         number_of: usize,
-        t: f64,
+        (t, look): (f64, Look),
         event: SnapshotEvent,
         carry: Option<&Carry>,
         number: usize,
     ) -> Snapshot {
         let (part, found) = (&self.session.parts[number_of], &self.found[number_of]);
         for (index, track) in part.tracks.iter().enumerate() {
-            let released = |carry: &Carry| {
-                event == SnapshotEvent::Release
-                    && (carry.object == index || carry.riders.contains(&index))
-            };
-            let pose = match carry {
-                Some(carry) if released(carry) => self.settled(number_of, index, carry),
-                Some(carry) if carry.object == index => own_pose(part, found, carry),
-                _ => resting(part, found, index, t),
+            let moved = |carry: &&Carry| carry.object == index || carry.riders.contains(&index);
+            let pose = match carry.filter(moved) {
+                Some(carry) if event == SnapshotEvent::Release => {
+                    self.settled(number_of, index, carry, look)
+                }
+                Some(carry) => own_pose(part, found, index, carry, look),
+                _ => resting(part, found, index, t, look),
             };
             if let (Some(known), Some((pose, _))) = (self.index.get(&track.id), pose) {
                 self.known[*known].pose = Some(pose);
@@ -260,9 +261,9 @@ impl Taker<'_> {
 
     /// The pose of an object after a carry in which it moved. If it was not seen again in its part, the next part tells
     /// where it came to rest, unless somebody has moved it since.
-    fn settled(&self, index: usize, object: usize, carry: &Carry) -> Option<Found> {
+    fn settled(&self, index: usize, object: usize, carry: &Carry, look: Look) -> Option<Found> {
         let part = &self.session.parts[index];
-        let (pose, count) = after(part, &self.found[index], object, carry)?;
+        let (pose, count) = after(part, &self.found[index], object, carry, look)?;
         if count > 0 {
             return Some((pose, count));
         }
@@ -276,7 +277,7 @@ impl Taker<'_> {
                     .tracks
                     .iter()
                     .position(|track| track.id == self.session.parts[index].tracks[object].id)?;
-                resting(part, found, own, part.tracks[own].samples.first()?.t)
+                resting(part, found, own, part.tracks[own].samples.first()?.t, WHOLE)
             },
         );
         let near = |(next, _): &Found| next.distance(&pose) < SETTLED * moved;
@@ -310,18 +311,24 @@ impl Taker<'_> {
     }
 }
 
-/// The pose of the carried object at its contact.
-fn own_pose(part: &Part, found: &Carries, carry: &Carry) -> Option<Found> {
-    let (from, to) = rest_around(found, carry.object, carry.from, false);
-    estimate(&part.tracks[carry.object], found.motions[carry.object].sparse, from, to)
+/// The pose of an object before a carry in which it moved.
+fn own_pose(
+    part: &Part,
+    found: &Carries,
+    object: usize,
+    carry: &Carry,
+    look: Look,
+) -> Option<Found> {
+    let rest = rest_around(found, object, carry.from, false);
+    glance(&part.tracks[object], found.motions[object].sparse, rest, look)
 }
 
 /// The pose of an object after a carry in which it moved.
-fn after(part: &Part, found: &Carries, object: usize, carry: &Carry) -> Option<Found> {
+fn after(part: &Part, found: &Carries, object: usize, carry: &Carry, look: Look) -> Option<Found> {
     let track = &part.tracks[object];
     let sparse = found.motions[object].sparse;
-    let (from, to) = rest_around(found, object, carry.to, true);
-    if let Some(found) = estimate(track, sparse, from, to) {
+    let rest = rest_around(found, object, carry.to, true);
+    if let Some(found) = glance(track, sparse, rest, look) {
         return Some(found);
     }
     // It was not seen any more: it moved with the hand since it was last seen.
@@ -336,13 +343,13 @@ fn after(part: &Part, found: &Carries, object: usize, carry: &Carry) -> Option<F
 }
 
 /// The pose of an object at a time at which no event is its own.
-fn resting(part: &Part, found: &Carries, object: usize, t: f64) -> Option<Found> {
+fn resting(part: &Part, found: &Carries, object: usize, t: f64, look: Look) -> Option<Found> {
     let (from, to) = rest_around(found, object, t, true);
     let track = &part.tracks[object];
     let sparse = found.motions[object].sparse;
     let inside = (from..=to).contains(&t);
     match inside {
-        true => estimate(track, sparse, from, to),
+        true => glance(track, sparse, (from, to), look),
         // It moves at this time.
         false => {
             let step = found.motions[object].step.min(1.0);
@@ -386,8 +393,23 @@ fn pose(sample: &Sample, otherwise: [f64; 4]) -> Pose {
     Pose { position: sample.position, orientation }
 }
 
-/// Returns a robust mean of an object's poses in a stretch of rest. A stretch has one pose, so that what rests does not
-/// seem to move between snapshots.
+/// Returns the pose of an object that rests from `from` to `to`, as it was seen in the time of a snapshot. Snapshots share few
+/// samples, so that their poses show how sure they are.
+fn glance(track: &Track, sparse: bool, (from, to): (f64, f64), look: Look) -> Option<Found> {
+    let rest = between(&track.samples, from + UNSURE_S, to - UNSURE_S);
+    if sparse || rest.is_empty() {
+        return estimate(track, sparse, from, to);
+    }
+    let (begin, end) =
+        (rest.partition_point(|s| s.t < look.0), rest.partition_point(|s| s.t <= look.1));
+    let (middle, half) = ((begin + end) / 2, LEAST_SAMPLES / 2);
+    let (begin, end) = (begin.min(middle.saturating_sub(half)), end.max(middle + half));
+    let begin = begin.min(rest.len().saturating_sub(LEAST_SAMPLES));
+    let end = end.max(begin + LEAST_SAMPLES).min(rest.len());
+    estimate(track, false, rest[begin].t, rest[end - 1].t)
+}
+
+/// Returns a robust mean of an object's poses in a stretch of rest.
 fn estimate(track: &Track, sparse: bool, from: f64, to: f64) -> Option<Found> {
     let all = between(&track.samples, from, to);
     // Of two looks the later counts: it is taken from where the work is.

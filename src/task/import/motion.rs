@@ -148,10 +148,14 @@ fn shifts(samples: &[Sample]) -> Motion {
     found.noise = white.max(spread / (1.25 * (2.0 / count).sqrt()));
     let limit = (DIFFER * spread).max(LEAST);
     found.limit = limit;
+    // What rests for less has no place beside which a motion could be told.
+    let apart = 2.0 * window + 3.0 * step;
     let mut runs: Vec<(usize, usize)> = Vec::new();
-    for index in (0..samples.len()).filter(|index| differences[*index] > limit) {
+    // Windows that the stream cuts short tell little.
+    let whole = samples.partition_point(|s| s.t + window / 2.0 <= samples[samples.len() - 1].t);
+    for index in (0..whole).filter(|index| differences[*index] > limit) {
         match runs.last_mut() {
-            Some((_, last)) if samples[index].t - samples[*last].t <= 1.5 * window => *last = index,
+            Some((_, last)) if samples[index].t - samples[*last].t <= apart => *last = index,
             _ => runs.push((index, index)),
         }
     }
