@@ -87,7 +87,7 @@ impl Clustering<'_> {
     }
 
     /// Returns the best frame and the posterior of a cluster with these sums.
-    fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
+    pub fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
         let (mut best, mut found) = ((0, f64::NEG_INFINITY), 0.0);
         // The prior tells frames apart. It is no cost of a cluster.
         let mut likeliest = f64::NEG_INFINITY;

@@ -227,6 +227,10 @@ impl<'m, 'r> Frames<'m, 'r> {
         let own = &self.motion.rests[rest];
         let mut choices = 1;
         let (mut far, mut crowded) = (0.0, 0.0);
+        let noise = &self.motion.noise;
+        // Of several looks, a rest has the median.
+        let looks = |rest: &Rest| (std::f64::consts::FRAC_PI_2 / rest.seen as f64).min(1.0);
+        let mut variance = looks(own) * noise.position_m.powi(2);
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
@@ -234,6 +238,8 @@ impl<'m, 'r> Frames<'m, 'r> {
             let begin = self.rest_during(rest, track)?;
             let there = &self.motion.rests[begin].pose;
             far = there.distance(&own.pose);
+            // Not the error by the angle of the reference, which grows with distance: it would speak for what is far.
+            variance += looks(&self.motion.rests[begin]) * noise.position_m.powi(2);
             crowded = f64::from(self.is_crowded(rest, far));
             // What was put beside something that moves belongs to it less than what was put onto it.
             if let Some(up) = self.up.filter(|_| self.moves[frame - 1]) {
@@ -261,6 +267,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             far,
             crowded,
             found: f64::from(own.came == Came::Found),
+            noise: variance,
         })
     }
 }

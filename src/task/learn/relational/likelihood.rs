@@ -25,6 +25,8 @@ const BROAD_M: f64 = 4e-2;
 const RANGE_M: f64 = 2e-2;
 /// Log probability that an object was put onto something uneven.
 const UNEVEN: f64 = -4.0;
+/// Ratio of a variance to that of noise up to which it may be noise. Of few values, the variance is uncertain.
+const NOISE: f64 = 5.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
@@ -76,9 +78,22 @@ pub(super) struct Sums {
     pub crowded: f64,
     /// Number of poses in which objects were found, not put.
     pub found: f64,
+    /// Sum of the variances of a coordinate by noise of sensing, of the object and of its reference, in square metres.
+    pub noise: f64,
 }
 
 impl Sums {
+    /// Leaves out the scatter of `n` positions that noise may explain. What was seen with noise scatters more in the frame of
+    /// something that was seen with noise, too, which says nothing about where it belongs.
+    pub fn without_noise(&self, n: usize) -> Self {
+        let explained = NOISE * self.noise * n.saturating_sub(1) as f64 / n as f64;
+        let position = self.position.map(|spread| Spread {
+            square: spread.square - explained.min(spread.squares(n)),
+            ..spread
+        });
+        Self { position, ..self.clone() }
+    }
+
     pub fn add(&self, other: &Self) -> Self {
         Self {
             position: std::array::from_fn(|i| self.position[i].add(&other.position[i])),
@@ -87,6 +102,7 @@ impl Sums {
             far: self.far + other.far,
             crowded: self.crowded + other.crowded,
             found: self.found + other.found,
+            noise: self.noise + other.noise,
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::cluster::{Clustering, FramePrior, Item};
 use super::frames::Frames;
-use super::likelihood::Likelihood;
+use super::likelihood::{Likelihood, Sums};
 use super::motion::{Came, Motion, Rest};
 use super::places::{Group, is_scattered};
 use crate::task::domain::{Fact, FrameState};
@@ -141,9 +141,17 @@ impl Frames<'_, '_> {
                 attempts: &attempts,
                 likelihood,
             };
-            let clusters = clustering.run().into_iter();
-            let scored = clusters.map(|c| (clustering.scores(c.members.len(), &c.frames), c));
-            scored.collect::<Vec<_>>()
+            let mut clusters = clustering.run();
+            // Noise does not decide between frames.
+            let scored = clusters.iter_mut().map(|c| {
+                let n = c.members.len();
+                let quiet = c.frames.iter().map(|f| f.as_ref().map(|sums| sums.without_noise(n)));
+                let quiet: Vec<Option<Sums>> = quiet.collect();
+                c.frame = clustering.score(n, &quiet).0;
+                clustering.scores(n, &quiet)
+            });
+            let scores: Vec<Vec<f64>> = scored.collect();
+            scores.into_iter().zip(clusters).collect::<Vec<_>>()
         };
         // Orientation counts if attempts only turned their object, or if positions leave attempts unexplained.
         let still = attempts.iter().filter(|(a, b)| {
