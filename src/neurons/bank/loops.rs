@@ -27,7 +27,7 @@ impl Work<'_> {
 /// Steps neurons for one tick: the hot loop.
 ///
 /// Compilers turn every pass without branches into wide instructions. Only the last pass of ensembles with several
-/// outputs branches: it visits only the neurons that are active.
+/// outputs visits the active neurons alone.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
     "x86_64+avx2",
@@ -130,6 +130,7 @@ pub(super) fn encode(
 /// branch for each would be guessed wrong, and no read can overtake it.
 #[inline(always)]
 fn add_rows(activity: &[Real], decoders: &[Real], out: &mut [Real]) {
+    const { assert!(BLOCK <= 256, "a neuron of a block is numbered by a byte") };
     let outputs = out.len();
     let (mut active, mut count) = ([0u8; BLOCK], 0);
     for (neuron, activity) in activity.iter().enumerate() {

@@ -36,8 +36,8 @@ pub(super) struct Turns {
     pub told: [usize; 2],
 }
 
-/// Adds utilities of operators, with a bias for each, that grow with time: in the phases of `urges` with their weights, step by step while a race
-/// lasts, and by chance after a search that found no plan (`restless`).
+/// Adds utilities of operators, with a bias for each, that grow with time: in the phases of `urges` with their weights, step by
+/// step while a race lasts, and by chance after a search that found no plan (`restless`).
 pub(super) fn utilities(
     w: &mut Wiring<'_, '_>,
     (phases, elapsed, restless): (&Group, &Group, &Group),

@@ -206,38 +206,34 @@ pub(crate) const FALSE: Condition = Condition::Any(Vec::new());
 
 /// Returns the condition that all of several hold, without what says nothing.
 pub(crate) fn all(parts: impl IntoIterator<Item = Condition>) -> Condition {
-    let mut kept: Vec<Condition> = Vec::new();
-    for part in parts {
-        match part {
-            Condition::Any(inner) if inner.is_empty() => return FALSE,
-            Condition::All(inner) => kept.extend(inner),
-            other => kept.push(other),
-        }
-    }
-    shortest(kept, Condition::All)
+    joined(parts, true)
 }
 
 /// Returns the condition that one of several holds, without what says nothing.
 pub(crate) fn any(parts: impl IntoIterator<Item = Condition>) -> Condition {
-    let mut kept: Vec<Condition> = Vec::new();
-    for part in parts {
-        match part {
-            Condition::All(inner) if inner.is_empty() => return TRUE,
-            Condition::Any(inner) => kept.extend(inner),
-            other => kept.push(other),
-        }
-    }
-    shortest(kept, Condition::Any)
+    joined(parts, false)
 }
 
-fn shortest(parts: Vec<Condition>, whole: fn(Vec<Condition>) -> Condition) -> Condition {
-    let mut kept: Vec<Condition> = Vec::with_capacity(parts.len());
+fn joined(parts: impl IntoIterator<Item = Condition>, every: bool) -> Condition {
+    let mut kept: Vec<Condition> = Vec::new();
     for part in parts {
-        if !kept.contains(&part) {
-            kept.push(part);
+        let own = match (part, every) {
+            (Condition::All(inner), true) | (Condition::Any(inner), false) => inner,
+            // One that never holds decides about all, and one that always does about any.
+            (other, _) if other == if every { FALSE } else { TRUE } => return other,
+            (other, _) => vec![other],
+        };
+        for part in own {
+            if !kept.contains(&part) {
+                kept.push(part);
+            }
         }
     }
-    if kept.len() == 1 { kept.swap_remove(0) } else { whole(kept) }
+    match kept.len() {
+        1 => kept.swap_remove(0),
+        _ if every => Condition::All(kept),
+        _ => Condition::Any(kept),
+    }
 }
 
 /// Returns the opposite of a condition.

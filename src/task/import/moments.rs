@@ -100,8 +100,8 @@ impl Log {
     /// Finds contacts and releases and takes a snapshot of all objects at each.
     ///
     /// An object that rests has a robust mean of its samples about the time of the snapshot, half-way to those before and
-    /// after, or of all its samples until it moves again where these are few. An object that is not seen after its release has moved with the hand since it was last seen. What
-    /// is not seen otherwise keeps its last pose.
+    /// after, or of all its samples until it moves again where these are few. An object that is not seen after its release
+    /// has moved with the hand since it was last seen. What is not seen otherwise keeps its last pose.
     ///
     /// Costs a window of 0.2 s, of which at most 200 samples count, for each sample; about 0.1 ms for each motion; and,
     /// for each contact and release, up to 1,000 samples of each object.

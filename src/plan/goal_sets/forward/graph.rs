@@ -86,11 +86,11 @@ impl Progression {
 
     /// Returns pairs of a fluent and an operator that adds it. Of one fluent, those that use up least come first.
     pub(super) fn supports(&self) -> Vec<(usize, usize)> {
+        let all = self.operators.iter().enumerate();
         let mut pairs: Vec<(usize, usize)> =
-            self.adds(1.0).into_iter().map(|(f, a, _)| (f, a)).collect();
-        let use_up = |a: usize| self.uses_up[a];
+            all.flat_map(|(a, o)| o.adds.iter().map(move |f| (*f, a))).collect();
         pairs.sort_by(|(f, a), (g, b)| {
-            f.cmp(g).then(use_up(*a).total_cmp(&use_up(*b))).then(a.cmp(b))
+            f.cmp(g).then(self.uses_up[*a].total_cmp(&self.uses_up[*b])).then(a.cmp(b))
         });
         pairs
     }
