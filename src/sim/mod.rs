@@ -144,6 +144,7 @@ pub use place::threads::Threads;
 pub use real::{Complex, Real};
 pub use run::checkpoint::Checkpoint;
 pub use run::config::{RunConfig, RunReport, Stop, StopReason};
+pub use run::intervention::{Intervention, InterventionError};
 pub use run::probe::Samples;
 pub use run::simulator::{SimView, Simulator};
 pub use run::spikes::Spikes;
