@@ -271,7 +271,7 @@ impl Simulator {
     /// held.
     ///
     /// Checkpoints hold what is in force, and [`reset`](Self::reset) ends it. If several processes run the graph, all
-    /// must make the same change after the same tick. `Live` keeps a log of changes. Allocates;
+    /// must make the same change after the same tick. [`Live`](crate::sim::Live) keeps a log of changes. Allocates;
     /// ticks do not.
     ///
     /// ```

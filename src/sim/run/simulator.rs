@@ -328,7 +328,7 @@ impl Simulator {
         outcome
     }
 
-    fn run_ticks(
+    pub(in crate::sim) fn run_ticks(
         &mut self,
         limit: u64,
         mut stop: impl FnMut(SimView<'_>) -> Stop,
