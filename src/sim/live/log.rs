@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::files::{Limit, read_file};
-use crate::sim::run::intervention::{Intervention, InterventionError};
-use crate::sim::run::simulator::Simulator;
+use crate::sim::build::graph::Graph;
+use crate::sim::run::changes::Changes;
+use crate::sim::run::intervention::{Intervention, InterventionError, short};
 
 /// An intervention with its tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -81,6 +82,18 @@ pub enum LogError {
         /// Number of completed ticks.
         now: u64,
     },
+    /// An intervention after the end of the run.
+    #[error(
+        "intervention {number} belongs to tick {tick}, but the run ends at tick {end} at the latest"
+    )]
+    Late {
+        /// Place in the log, counted from 1; the line in its text.
+        number: usize,
+        /// Its tick.
+        tick: u64,
+        /// The latest tick at which the run ends.
+        end: u64,
+    },
     /// An intervention that is not possible in the graph.
     #[error("intervention {number}, at tick {tick}: {error}")]
     Impossible {
@@ -119,7 +132,8 @@ impl InterventionLog {
             serde_json::from_str(row).map_err(|error| {
                 let column = error.column();
                 let place = format!(" at line {} column {column}", error.line());
-                LogError::Line { line, column, reason: error.to_string().replace(&place, "") }
+                let reason = short(&error.to_string().replace(&place, ""));
+                LogError::Line { line, column, reason }
             })
         };
         let entries: Result<_, LogError> =
@@ -148,18 +162,31 @@ impl InterventionLog {
         &self.entries
     }
 
-    /// Checks that a run can follow the log from where it stands.
+    /// Checks that a run of `graph` that ends at tick `end` can follow the log from its start.
     ///
     /// # Errors
-    /// [`LogError::Past`] or [`LogError::Impossible`].
-    pub fn check(&self, sim: &Simulator) -> Result<(), LogError> {
-        let mut changes = sim.changes.clone();
+    /// [`LogError::Impossible`] or [`LogError::Late`].
+    pub fn check(&self, graph: &Graph, end: u64) -> Result<(), LogError> {
+        self.check_from(0, Changes::default(), graph)?;
+        match self.entries.iter().position(|entry| entry.tick >= end) {
+            None => Ok(()),
+            Some(at) => Err(LogError::Late { number: at + 1, tick: self.entries[at].tick, end }),
+        }
+    }
+
+    /// Checks that a run with these changes can follow the log from tick `now`.
+    pub(super) fn check_from(
+        &self,
+        now: u64,
+        mut changes: Changes,
+        graph: &Graph,
+    ) -> Result<(), LogError> {
         for (at, Logged { tick, what }) in self.entries.iter().enumerate() {
-            let (number, tick, now) = (at + 1, *tick, sim.tick());
+            let (number, tick) = (at + 1, *tick);
             if tick < now {
                 return Err(LogError::Past { number, tick, now });
             }
-            changes.add(sim.graph(), what).map_err(|error| LogError::Impossible {
+            changes.add(graph, what).map_err(|error| LogError::Impossible {
                 number,
                 tick,
                 error,

@@ -24,7 +24,7 @@ use super::time::SimDuration;
 /// The settings of a [`Live`] run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LiveOptions {
-    /// Greatest memory of the checkpoints to go back to, in bytes. Default: 256 MB.
+    /// Greatest memory of the checkpoints to go back to, in bytes; 0 for a run that never goes back. Default: 256 MB.
     pub memory_bytes: usize,
     /// Ticks between two checkpoints while they are new, at least 1. Those further back are thinned out. Default: 50.
     pub spacing_ticks: u64,
@@ -323,7 +323,7 @@ impl Live {
     /// # Errors
     /// [`LogError`] if an intervention is not possible there, or belongs to a tick before this one.
     pub fn follow(&mut self, log: &InterventionLog) -> Result<(), LiveError> {
-        log.check(&self.sim)?;
+        log.check_from(self.sim.tick(), self.sim.changes.clone(), self.sim.graph())?;
         self.log.truncate(self.made);
         self.log.extend_from_slice(log.entries());
         self.ring.forget_after(self.sim.tick());

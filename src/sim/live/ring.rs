@@ -48,7 +48,10 @@ impl Ring {
 
     /// Returns the next tick after `tick` at which a checkpoint is due.
     pub fn next_due(&self, tick: u64) -> u64 {
-        (tick / self.spacing + 1).saturating_mul(self.spacing)
+        match self.most_bytes {
+            0 => u64::MAX,
+            _ => (tick / self.spacing + 1).saturating_mul(self.spacing),
+        }
     }
 
     /// Returns the latest checkpoint of a tick up to `tick`, with the number of interventions made before.
@@ -73,7 +76,7 @@ impl Ring {
             return Ok(());
         }
         // Room is made first, so that the new one does not add to a full ring.
-        if self.largest > self.most_bytes {
+        if self.largest > self.most_bytes || self.most_bytes == 0 {
             return Ok(());
         }
         self.thin(self.most_bytes - self.largest, MOST - 1, tick);

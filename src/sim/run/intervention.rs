@@ -129,6 +129,15 @@ pub enum InterventionError {
     },
 }
 
+/// Cuts off the end of a text from a file that goes on for thousands of characters.
+pub(crate) fn short(text: &str) -> String {
+    const LONGEST: usize = 300;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.into(),
+    }
+}
+
 /// Greatest number of names in a message.
 const MAX_NAMES: usize = 12;
 
@@ -180,7 +189,7 @@ impl Graph {
     pub(crate) fn output_at(&self, name: &str) -> Result<(usize, usize), InterventionError> {
         self.find_output(name).ok_or_else(|| {
             let choices = similar(self.outputs().chain(self.exposed()), name);
-            InterventionError::UnknownPlace { what: "output", asked: name.into(), choices }
+            InterventionError::UnknownPlace { what: "output", asked: short(name), choices }
         })
     }
 
@@ -189,7 +198,7 @@ impl Graph {
         if !nodes.is_empty() {
             return Ok(nodes);
         }
-        let (what, asked) = ("node or module", path.into());
+        let (what, asked) = ("node or module", short(path));
         Err(InterventionError::UnknownPlace { what, asked, choices: similar(self.modules(), path) })
     }
 
@@ -203,7 +212,7 @@ impl Graph {
         }
         let all = self.outputs().chain(self.exposed()).chain(self.modules());
         let (what, choices) = ("output, node or module", similar(all, at));
-        Err(InterventionError::UnknownPlace { what, asked: at.into(), choices })
+        Err(InterventionError::UnknownPlace { what, asked: short(at), choices })
     }
 
     /// Returns whether a node shows values that it does not compute from inputs.
