@@ -1,5 +1,10 @@
 //! Live runs: step, go back, change and branch a run, with a log of all changes. Windows, scripts and tests share it.
 
+/// The code of the guide is compiled with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/live.md")]
+struct Guide;
+
 mod commands;
 mod log;
 mod ring;

@@ -223,11 +223,13 @@ pub(crate) struct InForce {
     pub values: Vec<Real>,
     /// As in [`Changes`].
     pub silent: Vec<u32>,
+    /// Whether no tick has used them yet.
+    pub fresh: bool,
 }
 
 impl InForce {
     fn of(graph: &Graph, changes: &Changes) -> Self {
-        let mut now = Self { silent: changes.silent.clone(), ..Self::default() };
+        let mut now = Self { silent: changes.silent.clone(), fresh: true, ..Self::default() };
         let both = changes.set.iter().chain(&changes.held);
         let places: BTreeMap<_, _> = both.map(|held| (held.place(), held)).collect();
         for ((node, output), held) in places {
@@ -246,6 +248,7 @@ impl InForce {
     }
 
     /// Overwrites registered outputs.
+    #[inline]
     pub fn hold_registered(&self, registered: &mut [Real]) {
         for hold in &self.registered {
             hold.write(&self.values, registered);

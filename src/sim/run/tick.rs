@@ -32,7 +32,7 @@ struct Rest<'a> {
 impl Simulator {
     /// Runs one tick.
     pub(in crate::sim) fn step(&mut self) -> Result<(), SimError> {
-        if self.changes.muted != self.in_force.silent {
+        if std::mem::take(&mut self.in_force.fresh) {
             self.changes.muted.clone_from(&self.in_force.silent);
         }
         let Self { graph, arenas, team, tick, in_force, .. } = self;
