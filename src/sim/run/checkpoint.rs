@@ -172,7 +172,6 @@ impl Simulator {
         self.noise = checkpoint.noise;
         self.seed = checkpoint.seed;
         self.put_in_force(checkpoint.changes.clone());
-        self.mute();
         self.interrupted = None;
         Ok(())
     }
