@@ -17,9 +17,9 @@ use symbolt::neurons::{
     Voja,
 };
 use symbolt::sim::{
-    Add, Constant, GraphBuilder, Interpolation, Noise, ProbeSpec, RunConfig, Scalar, Seed,
-    SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, Vector, VocabTag, WhiteNoise,
-    WhiteSignal,
+    Add, Constant, GraphBuilder, Interpolation, Intervention, Live, LiveOptions, Noise, ProbeSpec,
+    RunConfig, Scalar, Seed, SimDuration, Simulator, Stimulus, Synapse, Threads, Timebase, Vector,
+    VocabTag, WhiteNoise, WhiteSignal,
 };
 use symbolt::spa::{
     AssociativeMemory, Bind, CleanupMemory, Compare, FlowExt, Gate, GoalBuffer, Linear, Routes,
@@ -31,19 +31,25 @@ use symbolt::task::planner::{Planner, PlannerSpec, Unbinding};
 struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+/// Bytes in use.
+static BYTES: AtomicUsize = AtomicUsize::new(0);
 
 // SAFETY: every call is passed unchanged to the system's allocator. Counting does not access the allocated memory.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        BYTES.fetch_add(layout.size(), Ordering::Relaxed);
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        BYTES.fetch_sub(layout.size(), Ordering::Relaxed);
         unsafe { System.dealloc(at, layout) }
     }
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        BYTES.fetch_add(size, Ordering::Relaxed);
+        BYTES.fetch_sub(layout.size(), Ordering::Relaxed);
         unsafe { System.realloc(at, layout, size) }
     }
 }
@@ -67,6 +73,35 @@ fn allocations(sim: &mut Simulator, ms: u64) -> usize {
     let after = ALLOCATIONS.load(Ordering::Relaxed);
     assert_eq!(looked, ms, "every tick was run");
     after - before
+}
+
+/// Counts allocations in one tick. Memory for samples is there.
+fn first_tick(sim: &mut Simulator) -> usize {
+    sim.clear_recordings();
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    sim.run_for(SimDuration::from_millis(1)).expect("runs");
+    ALLOCATIONS.load(Ordering::Relaxed) - before
+}
+
+fn checkpoints_take_the_memory_that_they_say() {
+    let mut graph = GraphBuilder::new();
+    let drive = graph.add("drive", Constant::vector(&[0.5, 0.2]));
+    let cells = graph.add("cells", Ensemble::new(2).neurons(200).expose_neurons().identity("x"));
+    graph.route(&drive >> &cells);
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let sim = graph.start(&plan, Seed::new(1)).expect("starts");
+    let options = LiveOptions { memory_bytes: 100_000, spacing_ticks: 2 };
+    let mut live = Live::new(sim, options).expect("starts");
+    let before = BYTES.load(Ordering::Relaxed) - live.memory_bytes();
+    live.intervene(Intervention::Silence { at: "cells".into() }).expect("possible");
+    for _ in 0..300 {
+        live.step(1).expect("runs");
+        assert!(live.memory_bytes() <= 100_000);
+    }
+    let said = live.memory_bytes();
+    let taken = BYTES.load(Ordering::Relaxed) - before;
+    assert!(said > 60_000, "{said}");
+    assert!(taken.abs_diff(said) < 5_000, "{taken} bytes, said to be {said}");
 }
 
 struct Things;
@@ -144,7 +179,8 @@ fn nothing_allocates_in_a_tick() {
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     std::hint::black_box(vec![1u8; 100]);
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 1);
-    assert_eq!(counts.len(), 14);
+    checkpoints_take_the_memory_that_they_say();
+    assert_eq!(counts.len(), 14 + 3 * 7);
     assert!(counts.iter().all(|(_, count)| *count == 0), "{counts:?}");
 }
 
@@ -228,6 +264,20 @@ fn graphs(plan: &PopulationPlan, counts: &mut Vec<(&'static str, usize)>) {
     let threads = RunConfig::default().with_threads(Threads::Exactly(3));
     let mut sim = Simulator::new(graph, threads).expect("starts");
     counts.push(("modules on threads", allocations(&mut sim, 200)));
+    // Every intervention. The first tick after one takes over what is silent.
+    for what in [
+        Intervention::Silence { at: "ensemble".into() },
+        Intervention::Clamp { output: "open.out".into(), values: vec![0.5] },
+        Intervention::Silence { at: "gate".into() },
+        Intervention::Set { output: "shown.out".into(), values: vec![1.0; 3] },
+        Intervention::Noise { at: Some("white".into()), scale: 0.5 },
+    ] {
+        sim.intervene(&what).expect("possible");
+        counts.push(("interventions", first_tick(&mut sim)));
+    }
+    sim.intervene(&Intervention::Release { at: "ensemble".into() }).expect("held");
+    counts.push(("a release", first_tick(&mut sim)));
+    counts.push(("modules with interventions", allocations(&mut sim, 200)));
 
     // The planner graph during a decision.
     let domain = DomainBuilder::new()

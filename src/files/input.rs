@@ -45,6 +45,8 @@ impl Limit {
     pub const ARCHIVE: Self = Self::new("an archive of arrays", 64);
     /// The figure of an experiment: 8 MiB.
     pub const FIGURE: Self = Self::new("a figure", 8);
+    /// A log of interventions in a run: 64 MiB.
+    pub const INTERVENTIONS: Self = Self::new("a log of interventions", 64);
     /// A journal of trials: 96 MiB.
     pub const JOURNAL: Self = Self::new("a journal of trials", 96);
 

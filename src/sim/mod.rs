@@ -102,6 +102,7 @@
 mod build;
 mod describe;
 mod error;
+mod live;
 mod nodes;
 mod place;
 mod real;
@@ -131,6 +132,10 @@ pub use describe::probe_spec::{Capacity, ProbeId, ProbeSpec, SpikeProbe};
 pub use describe::process::Process;
 pub use describe::synapse::{LinearFilter, Synapse};
 pub use error::{BuildError, BuildErrors, NodeFault, SimError, SynapseError, WorldError};
+pub use live::{
+    CommandError, Commands, InterventionLog, Live, LiveError, LiveOptions, LogError, Logged, Mark,
+    Refused, Stretch,
+};
 pub use nodes::{
     Add, Apply, Constant, Interpolation, Noise, NoiseDistribution, Signal, Stimulus, WhiteNoise,
     WhiteSignal,
@@ -144,6 +149,7 @@ pub use place::threads::Threads;
 pub use real::{Complex, Real};
 pub use run::checkpoint::Checkpoint;
 pub use run::config::{RunConfig, RunReport, Stop, StopReason};
+pub use run::intervention::{Intervention, InterventionError};
 pub use run::probe::Samples;
 pub use run::simulator::{SimView, Simulator};
 pub use run::spikes::Spikes;

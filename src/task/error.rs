@@ -9,7 +9,7 @@ use crate::files::FileError;
 use crate::neurons::SolvedFileError;
 use crate::plan::goal_sets::GoalSetError;
 use crate::robot::RobotError;
-use crate::sim::{BuildErrors, SimError};
+use crate::sim::{BuildErrors, LiveError, SimError};
 use crate::spa::VocabError;
 
 /// A fault in an input file: where it is, what was found and what was expected.
@@ -214,6 +214,9 @@ pub enum TaskError {
     /// A simulation could not run.
     #[error(transparent)]
     Sim(#[from] SimError),
+    /// Interventions that are not possible in an episode.
+    #[error(transparent)]
+    Live(LiveError),
     /// The planner reached no decision within its time limit.
     #[error("the planner reached no decision within {limit_ms} simulated ms; it was still {doing}")]
     Undecided {
@@ -245,4 +248,13 @@ fn described(choices: &[(String, String)]) -> String {
     let choices: Vec<String> =
         choices.iter().map(|(name, what)| format!("{name} ({what})")).collect();
     choices.join(", ")
+}
+
+impl From<LiveError> for TaskError {
+    fn from(error: LiveError) -> Self {
+        match error {
+            LiveError::Sim(error) => Self::Sim(error),
+            other => Self::Live(other),
+        }
+    }
 }

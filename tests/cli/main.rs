@@ -19,6 +19,7 @@ mod cli_folders;
 mod cli_refusals;
 mod experiments;
 mod imports;
+mod interventions;
 mod plan_pddl;
 mod relational_cli;
 mod report;

@@ -14,6 +14,8 @@ mod factors;
 mod hello_pointer;
 #[path = "../../examples/learn_recording.rs"]
 mod learn_recording;
+#[path = "../../examples/live_search.rs"]
+mod live_search;
 #[path = "../../examples/living_vocabularies.rs"]
 mod living_vocabularies;
 #[path = "../../examples/noise_sweep.rs"]
@@ -39,6 +41,16 @@ mod wired_by_hand;
 fn action_rules_read_write_as_verb_and_one_as_noun() {
     let [expected, exchanged] = action_rules::run().expect("runs");
     assert!(expected > 0.95 && exchanged < 0.5, "{expected} and {exchanged}");
+}
+
+#[test]
+fn live_search_finds_that_a_lapse_of_memory_changes_the_choice() {
+    let (usual, log, choice, same) = live_search::run().expect("runs");
+    assert_eq!((usual, choice, same), ("TAKE_NUT", "TAKE_BOLT", true));
+    let expected = [(60, "silence"), (80, "release")].map(|(tick, what)| {
+        format!("{{\"tick\":{tick},\"do\":{{\"{what}\":{{\"at\":\"memory\"}}}}}}\n")
+    });
+    assert_eq!(log.to_string(), expected.concat());
 }
 
 #[test]

@@ -11,6 +11,8 @@ mod counter;
 mod rectified;
 #[path = "../support/things.rs"]
 mod things;
+#[path = "../support/touched.rs"]
+mod touched;
 
 mod basics;
 mod broken;
@@ -18,8 +20,10 @@ mod determinism;
 mod engine;
 mod ensembles;
 mod files;
+mod interventions;
 mod learning;
 mod learning_conformance;
+mod live;
 mod models;
 mod neuron_ports;
 mod npz;

@@ -44,6 +44,10 @@ pub(crate) struct RunArgs {
     /// the jig within the first 20 s
     #[arg(verbatim_doc_comment, long, alias = "meddle")]
     pub perturb: bool,
+    /// Log of interventions in the planner graph, as JSON lines with their
+    /// ticks; they are made in the recorded episode
+    #[arg(verbatim_doc_comment, long, value_name = "FILE")]
+    pub interventions: Option<PathBuf>,
     #[command(flatten)]
     pub planner: PlannerArgs,
     /// Folder to write; it must not hold a run
@@ -94,6 +98,7 @@ impl RunArgs {
         option("nuts", count(self.nuts));
         option("bolts", count(self.bolts));
         option("drop-rate", rate(self.drop_rate));
+        option("interventions", path(&self.interventions));
         let kind = planner.kind();
         option("planner", (kind != PlannerKind::default()).then(|| kind.name().to_owned()));
         option("mode", (planner.mode != "direct").then(|| quoted(&planner.mode)));

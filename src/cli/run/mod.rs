@@ -6,6 +6,7 @@ mod folder;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
 use symbolt::robot::scene::{Scene, SceneFrame};
-use symbolt::sim::Seed;
+use symbolt::sim::{InterventionLog, LiveError, LogError, Seed};
 use symbolt::study::Tally;
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::{Ended, EpisodeReport, Observer, Observers};
@@ -95,7 +96,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         build: args.planner.build(args.common.seed)?,
     };
     let looping = Instant::now();
-    let (episodes, activity) = episodes(&runner, &progress)?;
+    let (episodes, activity) =
+        episodes(&runner, &progress).map_err(|error| match (error, &args.interventions) {
+            (TaskError::Live(LiveError::Log(why)), Some(file)) => unusable(file, why),
+            (error, _) => error.into(),
+        })?;
+    let not_made: usize = episodes.iter().map(|ran| ran.episode.not_made).sum();
+    if not_made > 0 {
+        let some = counted(not_made, "intervention");
+        warn(&format!("{some} not made: the episode, or its first planner graph, ended before"));
+    }
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.episode.report.clone()).collect();
     let reasons: Vec<String> = episodes.iter().map(|e| e.reason.clone()).collect();
@@ -161,6 +171,10 @@ fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
         task,
         drop_rate: args.drop_rate,
         sensing: args.demos.sensing.sensing()?,
+        interventions: match &args.interventions {
+            Some(file) => InterventionLog::read(file).map_err(|why| unusable(file, why))?,
+            None => InterventionLog::default(),
+        },
         ..EpisodeSpec::default()
     };
     spec.check()?;
@@ -169,6 +183,11 @@ fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
         bail!(BadArgument(problem));
     }
     Ok(spec)
+}
+
+/// A log of interventions that cannot be read or followed.
+fn unusable(file: &Path, why: LogError) -> Error {
+    BadArgument(format!("--interventions {}: {why}", file.display())).into()
 }
 
 fn episode_seed(args: &RunArgs, index: usize) -> Seed {
@@ -214,12 +233,16 @@ struct Runner<'l> {
 }
 
 impl Runner<'_> {
-    /// Prepares an episode. Only the recorded one keeps frames.
+    /// Prepares an episode. Only the recorded one keeps frames and has interventions.
     fn prepared(&self, index: usize) -> Result<PreparedEpisode<'_>, TaskError> {
         let own = episode_seed(self.args, index);
         let frame_ms = (index == self.args.record_episode - 1).then_some(FRAME_MS);
         let perturbation = self.args.perturb.then(|| self.spec.task.perturbation(own)).flatten();
-        let spec = EpisodeSpec { frame_ms, perturbation, ..self.spec.clone() };
+        let interventions = match frame_ms {
+            Some(_) => self.spec.interventions.clone(),
+            None => InterventionLog::default(),
+        };
+        let spec = EpisodeSpec { frame_ms, perturbation, interventions, ..self.spec.clone() };
         PreparedEpisode::new(self.domain, &self.build, &spec, own)
     }
 }
@@ -272,7 +295,7 @@ fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
 fn episodes(
     runner: &Runner<'_>,
     progress: &Progress,
-) -> Result<(Vec<Ran>, ActivityRecorder), Error> {
+) -> Result<(Vec<Ran>, ActivityRecorder), TaskError> {
     let (all, chosen) = (runner.args.episodes, runner.args.record_episode - 1);
     let done = AtomicUsize::new(0);
     let tell = || {

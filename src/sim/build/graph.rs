@@ -268,19 +268,24 @@ impl Graph {
     /// # Errors
     /// [`SimError::UnknownOutput`], with a list of all outputs, if there is no such output.
     pub fn output(&self, name: &str) -> Result<OutputRef, SimError> {
+        let (node, output) = self.find_output(name).ok_or_else(|| SimError::UnknownOutput {
+            asked: name.into(),
+            choices: self.outputs().collect(),
+        })?;
+        Ok(OutputRef { source: Source::of(self.nodes[node].outs[output]) })
+    }
+
+    /// Returns the indices of the node and the port that [`output`](Self::output) finds.
+    pub(crate) fn find_output(&self, name: &str) -> Option<(usize, usize)> {
         if let Some((path, port)) = name.rsplit_once('.')
-            && let Some(node) = self.nodes.iter().find(|n| n.path == path)
-            && let Some(index) = node.ports.outputs.iter().position(|o| o.name == port)
+            && let Some(node) = self.nodes.iter().position(|n| n.path == path)
+            && let Some(index) = self.nodes[node].ports.outputs.iter().position(|o| o.name == port)
         {
-            return Ok(OutputRef { source: Source::of(node.outs[index]) });
+            return Some((node, index));
         }
-        for node in &self.nodes {
-            let named = |o: &OutputDecl| o.is_exposed_as(name);
-            if let Some(index) = node.ports.outputs.iter().position(named) {
-                return Ok(OutputRef { source: Source::of(node.outs[index]) });
-            }
-        }
-        Err(SimError::UnknownOutput { asked: name.into(), choices: self.outputs().collect() })
+        let named = |o: &OutputDecl| o.is_exposed_as(name);
+        let outputs = self.nodes.iter().map(|node| node.ports.outputs.iter().position(named));
+        outputs.enumerate().find_map(|(node, output)| Some((node, output?)))
     }
 
     pub(crate) fn source<K: Kind>(&self, out: &Out<K>) -> Option<Source> {

@@ -64,7 +64,7 @@ pub(in crate::sim) fn layer(nodes: &[NodeDraft], path: &str) -> Result<usize, Bu
 }
 
 /// Returns how many characters two names have in common at their beginnings and ends, to put likely choices first.
-fn in_common(a: &str, b: &str) -> usize {
+pub(in crate::sim) fn in_common(a: &str, b: &str) -> usize {
     let same = |(a, b): &(u8, u8)| a == b;
     let start = a.bytes().zip(b.bytes()).take_while(same).count();
     let end = a.bytes().rev().zip(b.bytes().rev()).take_while(same).count();

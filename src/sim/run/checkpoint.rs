@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::changes::Changes;
 use super::simulator::Simulator;
 use super::world::WorldSave;
 use crate::sim::describe::fingerprint::Fingerprint;
@@ -9,8 +10,8 @@ use crate::sim::error::SimError;
 use crate::sim::real::Real;
 use crate::sim::seed::Seed;
 
-/// The state of a run after a tick: all values, the tick, the run seed, the noise scale and the saved world. The
-/// samples of probes are not included.
+/// The state of a run after a tick: all values, the tick, the run seed, the noise scale, the interventions in force and
+/// the saved world. The samples of probes are not included.
 ///
 /// A checkpoint carries the fingerprint of its graph, and [`Simulator::restore`] refuses checkpoints of other graphs.
 /// The fingerprint has two limits:
@@ -34,12 +35,32 @@ pub struct Checkpoint {
     longs: Vec<u64>,
     probe_filters: Vec<Real>,
     world: Option<WorldSave>,
+    #[serde(default, skip_serializing_if = "Changes::is_empty")]
+    changes: Changes,
 }
 
 impl Checkpoint {
     /// Returns the number of completed ticks.
     pub fn tick(&self) -> u64 {
         self.tick
+    }
+
+    /// Returns the memory that the checkpoint takes, in bytes.
+    pub fn bytes(&self) -> usize {
+        let reals = [
+            &self.signals,
+            &self.registered,
+            &self.held,
+            &self.reals,
+            &self.parts,
+            &self.probe_filters,
+        ];
+        size_of::<Self>()
+            + reals.map(|reals| size_of::<Real>() * reals.capacity()).iter().sum::<usize>()
+            + 4 * self.words.capacity()
+            + 8 * self.longs.capacity()
+            + self.world.as_ref().map_or(0, |world| world.0.capacity())
+            + self.changes.bytes()
     }
 
     fn hash(&self) -> u64 {
@@ -68,6 +89,9 @@ impl Checkpoint {
             for byte in bytes {
                 hash.number(u64::from(*byte));
             }
+        }
+        if !self.changes.is_empty() {
+            hash.text(&format!("{:?}", self.changes));
         }
         hash.value()
     }
@@ -100,12 +124,18 @@ impl Simulator {
             longs: self.arenas.longs.clone(),
             probe_filters: self.arenas.probe_filters.clone(),
             world,
+            changes: self.changes.clone(),
         })
     }
 
-    /// Returns to the state of `checkpoint`, with its run seed and noise scale, and deletes the samples of all probes.
-    /// The run then continues with the same bits as the run that the checkpoint was taken from. If several processes run the
-    /// graph, all of them must restore the same checkpoint.
+    /// Returns to the state of `checkpoint`, with its run seed, noise scale and interventions. The run then continues with the
+    /// same bits as the run that the checkpoint was taken from. If several processes run the graph, all of them must restore
+    /// the same checkpoint.
+    ///
+    /// Recordings are cut: samples and spikes of later ticks are deleted, those up to the checkpoint's tick stay, as the
+    /// past of the run. They are all deleted if the checkpoint cannot be of this run's past: if its tick is later than
+    /// that of the run, or its run seed is another. Where a checkpoint of a run with the same seed but other interventions is
+    /// restored, [`clear_recordings`](Self::clear_recordings) deletes what does not belong to it.
     ///
     /// # Errors
     /// [`SimError::ForeignCheckpoint`] if the checkpoint was taken from a graph with another fingerprint (see
@@ -134,10 +164,14 @@ impl Simulator {
         self.arenas.words.copy_from_slice(&checkpoint.words);
         self.arenas.longs.copy_from_slice(&checkpoint.longs);
         self.arenas.probe_filters.copy_from_slice(&checkpoint.probe_filters);
+        match checkpoint.tick <= self.tick && checkpoint.seed == self.seed {
+            true => self.cut_recordings(checkpoint.tick),
+            false => self.clear_recordings(),
+        }
         self.tick = checkpoint.tick;
         self.noise = checkpoint.noise;
-        self.reseed(checkpoint.seed);
-        self.clear_recordings();
+        self.seed = checkpoint.seed;
+        self.put_in_force(checkpoint.changes.clone());
         self.interrupted = None;
         Ok(())
     }
@@ -166,6 +200,7 @@ impl Simulator {
             && checkpoint.words.len() == self.arenas.words.len()
             && checkpoint.longs.len() == self.arenas.longs.len()
             && checkpoint.probe_filters.len() == self.arenas.probe_filters.len()
+            && checkpoint.changes.fit(&self.graph)
             && checkpoint.world.is_some() == self.world.is_some();
         if !fits {
             return Err(SimError::ForeignCheckpoint);

@@ -22,6 +22,17 @@ impl Recording {
         self.head = 0;
     }
 
+    /// Deletes the samples of ticks that end after `end_tick`.
+    pub fn cut(&mut self, end_tick: u64) {
+        let width = self.values.len() / self.ticks.len().max(1);
+        self.ticks.rotate_left(self.head);
+        self.values.rotate_left(self.head * width);
+        self.head = 0;
+        let left = self.ticks.partition_point(|tick| *tick <= end_tick);
+        self.ticks.truncate(left);
+        self.values.truncate(left * width);
+    }
+
     /// Stores a sample. Memory was reserved before, so this never allocates.
     pub fn push(&mut self, end_tick: u64, value: &[Real], capacity: Capacity) {
         match capacity {

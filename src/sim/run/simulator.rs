@@ -7,10 +7,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::arena::Arenas;
+use super::changes::{Changes, InForce};
+use super::checkpoint::Checkpoint;
 use super::config::{RunConfig, RunReport, Stop, StopReason};
 use super::probe::{Recording, Samples};
 use super::spikes::{SpikeRecording, Spikes};
-use super::stage::Clock;
+use super::stage::{Clock, Random};
 use super::world::World;
 use crate::sim::build::graph::{EventSource, Graph, OutputRef};
 use crate::sim::describe::builder::GraphBuilder;
@@ -50,6 +52,19 @@ impl<'a> SimView<'a> {
         self.sim.value(of)
     }
 
+    /// Returns the values of an output in this tick, as [`Simulator::value_of`] does.
+    pub fn value_of(&self, of: OutputRef) -> &'a [Real] {
+        self.sim.value_of(of)
+    }
+
+    /// Takes a checkpoint of the state after this tick.
+    ///
+    /// # Errors
+    /// As [`Simulator::checkpoint`].
+    pub fn checkpoint(&self) -> Result<Checkpoint, SimError> {
+        self.sim.checkpoint()
+    }
+
     /// Returns whether a unit had an event in this tick, as [`Simulator::event`] does.
     pub fn event(&self, of: EventSource, unit: usize) -> bool {
         self.sim.event(of, unit)
@@ -76,6 +91,9 @@ pub struct Simulator {
     pub(in crate::sim) recordings: Vec<Recording>,
     pub(in crate::sim) spikes: Vec<SpikeRecording>,
     pub(in crate::sim) command: Vec<Real>,
+    /// The interventions in force, and their form in a tick.
+    pub(in crate::sim) changes: Changes,
+    pub(in crate::sim) in_force: InForce,
     /// Run seed and noise scale of the start, to which a reset returns.
     start: (Seed, Real),
     /// Why the values are not those after a whole tick: empty as long as they change, and after a panic.
@@ -163,6 +181,8 @@ impl Simulator {
             recordings,
             spikes,
             command,
+            changes: Changes::default(),
+            in_force: InForce::default(),
             start: (run.seed, run.noise),
             interrupted: None,
         };
@@ -170,8 +190,8 @@ impl Simulator {
         Ok(sim)
     }
 
-    /// Returns to tick 0, with the run seed and noise scale of [`new`](Self::new), and empties the recordings. The next run
-    /// has the same bits as a run of a new simulator.
+    /// Returns to tick 0, with the run seed and noise scale of [`new`](Self::new), ends all interventions and empties the
+    /// recordings. The next run has the same bits as a run of a new simulator.
     ///
     /// # Errors
     /// [`SimError::World`] if the world cannot be reset.
@@ -181,12 +201,12 @@ impl Simulator {
 
     fn start_again(&mut self) -> Result<(), SimError> {
         self.tick = 0;
-        self.noise = self.start.1;
-        self.reseed(self.start.0);
+        (self.seed, self.noise) = self.start;
+        self.put_in_force(Changes::default());
         self.clear_recordings();
         let Self { graph, arenas, team, seed, noise, .. } = self;
         arenas.clear();
-        let clock = Clock { tick: 0, time: graph.time, noise: *noise };
+        let clock = Clock { tick: 0, time: graph.time };
         for (node, body) in graph.nodes.iter().zip(&graph.bodies) {
             let parts = &graph.parts[node.parts.of()];
             let mut in_parts = vec![0.0; parts.iter().map(|part| part.state.len()).sum()];
@@ -204,7 +224,8 @@ impl Simulator {
                 registered: true,
                 values: &mut arenas.registered[node.registered.of()],
             };
-            let cx = clock.cx(seed.derive(&node.path, "init"));
+            let random = Random { seed: seed.derive(&node.path, "init"), noise: *noise };
+            let cx = clock.cx(random);
             body.init(&cx, &mut state, &mut registered);
             let mut rest = &in_parts[..];
             for (index, part) in node.parts.of().zip(parts) {
@@ -242,13 +263,6 @@ impl Simulator {
             Some(reason) => reason,
         };
         Err(SimError::Interrupted { tick: self.tick, reason: reason.into() })
-    }
-
-    /// Changes the run seed. The world keeps its state.
-    pub(in crate::sim) fn reseed(&mut self, seed: Seed) {
-        self.seed = seed;
-        self.arenas.stage.seeds =
-            self.graph.nodes.iter().map(|n| seed.derive(&n.path, "noise")).collect();
     }
 
     /// Tells the other ranks of an error.
@@ -314,7 +328,7 @@ impl Simulator {
         outcome
     }
 
-    fn run_ticks(
+    pub(in crate::sim) fn run_ticks(
         &mut self,
         limit: u64,
         mut stop: impl FnMut(SimView<'_>) -> Stop,
@@ -370,7 +384,7 @@ impl Simulator {
         else {
             return false;
         };
-        if self.tick == 0 {
+        if self.tick == 0 || self.is_muted(of.node) {
             return false;
         }
         if node.parts.len() > 0 {
@@ -448,6 +462,12 @@ impl Simulator {
     pub fn clear_recordings(&mut self) {
         self.recordings.iter_mut().for_each(Recording::clear);
         self.spikes.iter_mut().for_each(SpikeRecording::clear);
+    }
+
+    /// Deletes the samples of ticks that end after `end_tick`.
+    pub(in crate::sim) fn cut_recordings(&mut self, end_tick: u64) {
+        self.recordings.iter_mut().for_each(|recording| recording.cut(end_tick));
+        self.spikes.iter_mut().for_each(|recording| recording.cut(end_tick));
     }
 
     /// Reserves memory for the samples of `ticks` more ticks.

@@ -27,6 +27,19 @@ impl SpikeRecording {
         self.bits.clear();
     }
 
+    /// Deletes the spikes of ticks that end after `end_tick`.
+    pub fn cut(&mut self, end_tick: u64) {
+        let left = self.ticks.partition_point(|tick| *tick <= end_tick);
+        self.bits.truncate(left * self.words());
+        self.ticks.truncate(left);
+    }
+
+    /// Stores a tick without spikes. Memory was reserved before.
+    pub fn push_none(&mut self, end_tick: u64) {
+        self.ticks.push(end_tick);
+        self.bits.resize(self.bits.len() + self.words(), 0);
+    }
+
     /// Stores the spikes of a tick. Memory was reserved before, so this never allocates.
     pub fn push(&mut self, end_tick: u64, body: &dyn Node, state: &StateRef<'_>) {
         self.ticks.push(end_tick);

@@ -16,24 +16,31 @@ pub(crate) struct Stage {
     pub held: Vec<Real>,
     /// Sums of several sources, and zeros for unconnected inputs.
     pub gathered: Vec<Real>,
-    /// The seed of each node.
-    pub seeds: Vec<Seed>,
+    /// What each node draws its noise from.
+    pub random: Vec<Random>,
     pub clock: Clock,
 }
 
-/// The tick that is computed, and the noise scale of the run.
+/// The seed of a node, and the factor of its noise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Random {
+    pub seed: Seed,
+    pub noise: Real,
+}
+
+/// The tick that is computed.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Clock {
     pub tick: u64,
     pub time: Timebase,
-    pub noise: Real,
 }
 
 impl Clock {
-    /// Returns the context of a call of a node with this seed.
-    pub fn cx<'a>(self, node_seed: Seed) -> StepCx<'a> {
-        let Self { tick, time, noise } = self;
-        StepCx { tick, time, noise_scale: noise, node_seed, part: None, graph: PhantomData }
+    /// Returns the context of a call of a node.
+    pub fn cx<'a>(self, Random { seed, noise }: Random) -> StepCx<'a> {
+        let Self { tick, time } = self;
+        let (node_seed, noise_scale) = (seed, noise);
+        StepCx { tick, time, noise_scale, node_seed, part: None, graph: PhantomData }
     }
 }
 
@@ -46,6 +53,6 @@ impl Stage {
 
     /// Returns the context of a call of node number `node`.
     pub fn cx(&self, node: usize) -> StepCx<'_> {
-        self.clock.cx(self.seeds[node])
+        self.clock.cx(self.random[node])
     }
 }

@@ -1,6 +1,7 @@
 //! One tick of a running graph.
 //!
-//! A tick does these steps in this order: emit, advance, exchange results with other ranks, settle, update the filters of
+//! A tick does these steps in this order: emit, advance, exchange results with other ranks, settle (each with the outputs
+//! overwritten that are clamped), update the filters of
 //! connections, check that all numbers are finite, step the world if its period ends, make registered outputs visible to
 //! the next tick, sample the probes. No step allocates.
 //!
@@ -9,7 +10,7 @@
 
 use super::arena::Arenas;
 use super::simulator::Simulator;
-use super::stage::{Clock, Stage};
+use super::stage::{Clock, Random, Stage};
 use crate::sim::build::graph::{Graph, PhasePlan, Source};
 use crate::sim::describe::filter::latch;
 use crate::sim::describe::io::{
@@ -31,43 +32,59 @@ struct Rest<'a> {
 impl Simulator {
     /// Runs one tick.
     pub(in crate::sim) fn step(&mut self) -> Result<(), SimError> {
-        let Self { graph, arenas, team, tick, noise, .. } = self;
+        if std::mem::take(&mut self.in_force.fresh) {
+            self.changes.muted.clone_from(&self.in_force.silent);
+        }
+        let Self { graph, arenas, team, tick, in_force, .. } = self;
         let tick = *tick;
         let Arenas { stage, registered, reals, words, longs, results, scratch, .. } = arenas;
-        stage.clock = Clock { tick, time: graph.time, noise: *noise };
-        let mut cx = stage.clock.cx(Seed::new(0));
+        stage.clock = Clock { tick, time: graph.time };
+        let mut cx = stage.clock.cx(Random { seed: Seed::new(0), noise: 0.0 });
         // These locals cannot be aliased. Without them every access goes through two pointers.
         let (bodies, slots, outs) = (&graph.bodies[..], &graph.slots[..], &graph.outs[..]);
-        let seeds = &stage.seeds[..];
+        let random = &stage.random[..];
         let signals = &mut stage.signals[..];
         let (held, gathered) = (&stage.held[..], &mut stage.gathered[..]);
         let state = StateRef { reals: &reals[..], words: &words[..], longs: &longs[..] };
-        for plan in &graph.emits {
-            let node = plan.node as usize;
-            cx.node_seed = seeds[node];
-            let (earlier, own) = signals.split_at_mut(plan.own.start as usize);
-            if plan.gathers.len() > 0 {
-                graph.gather(plan.gathers, [earlier, held, &[]], gathered);
-            }
-            let mut io = EmitIo {
-                inputs: Inputs { slots: &slots[plan.slots.of()], signals: earlier, held, gathered },
-                outputs: Outputs {
-                    spans: &outs[plan.outs.of()],
-                    base: plan.own.start as usize,
-                    registered: false,
-                    values: &mut own[..plan.own.len()],
-                },
-                state: match plan.stateful {
-                    true => StateRef {
-                        reals: &state.reals[plan.reals.of()],
-                        words: &state.words[plan.words.of()],
-                        longs: &state.longs[plan.longs.of()],
+        let (mut holds, mut emitted) = (in_force.signals.iter(), 0);
+        loop {
+            let hold = holds.next();
+            let until = hold.map_or(graph.emits.len(), |hold| hold.after as usize);
+            for plan in &graph.emits[emitted..until] {
+                let node = plan.node as usize;
+                Random { seed: cx.node_seed, noise: cx.noise_scale } = random[node];
+                let (earlier, own) = signals.split_at_mut(plan.own.start as usize);
+                if plan.gathers.len() > 0 {
+                    graph.gather(plan.gathers, [earlier, held, &[]], gathered);
+                }
+                let mut io = EmitIo {
+                    inputs: Inputs {
+                        slots: &slots[plan.slots.of()],
+                        signals: earlier,
+                        held,
+                        gathered,
                     },
-                    false => StateRef { reals: &[], words: &[], longs: &[] },
-                },
-                scratch: scratch.lend(plan.scratch),
-            };
-            bodies[node].emit(&cx, &mut io);
+                    outputs: Outputs {
+                        spans: &outs[plan.outs.of()],
+                        base: plan.own.start as usize,
+                        registered: false,
+                        values: &mut own[..plan.own.len()],
+                    },
+                    state: match plan.stateful {
+                        true => StateRef {
+                            reals: &state.reals[plan.reals.of()],
+                            words: &state.words[plan.words.of()],
+                            longs: &state.longs[plan.longs.of()],
+                        },
+                        false => StateRef { reals: &[], words: &[], longs: &[] },
+                    },
+                    scratch: scratch.lend(plan.scratch),
+                };
+                bodies[node].emit(&cx, &mut io);
+            }
+            let Some(hold) = hold else { break };
+            hold.write(&in_force.values, signals);
+            emitted = until;
         }
         for plan in graph.advances.iter().chain(&graph.divided) {
             if plan.gathers.len() > 0 {
@@ -85,12 +102,18 @@ impl Simulator {
         if let Some(messages) = &mut self.messages {
             messages.exchange(tick, &self.arenas.stage.held, &mut self.arenas.results)?;
         }
-        let Self { graph, arenas, .. } = self;
+        if !self.changes.muted.is_empty() {
+            self.mute();
+        }
+        let Self { graph, arenas, in_force, .. } = self;
         if !graph.parts.is_empty() {
             graph.collect(&arenas.results, &mut arenas.registered);
         }
+        // Those that settle read the values held, and then write outputs of their own.
+        in_force.hold_registered(&mut arenas.registered);
         if !graph.settles.is_empty() {
             graph.settle(arenas).map_err(|fault| graph.at_fault(tick, fault))?;
+            in_force.hold_registered(&mut arenas.registered);
         }
         for filter in &graph.lowpasses {
             let input = match filter.source {
@@ -144,6 +167,7 @@ impl Simulator {
         }
         world.advance(&self.command).map_err(|source| SimError::World { tick, source })?;
         world.sense(&mut self.arenas.registered[link.sense.of()]);
+        self.in_force.hold_registered(&mut self.arenas.registered);
         let sensed = &self.arenas.registered[link.sense.of()];
         if sensed.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(self.blame_non_finite()) }
     }
@@ -153,6 +177,10 @@ impl Simulator {
         for (node, recording) in self.graph.spike_probes.iter().zip(&mut self.spikes) {
             if recording.units > 0 {
                 let (info, body) = (&self.graph.nodes[*node], &*self.graph.bodies[*node]);
+                if self.changes.muted.binary_search(&(*node as u32)).is_ok() {
+                    recording.push_none(end);
+                    continue;
+                }
                 if info.parts.len() > 0 {
                     recording.push_parts(
                         end,
@@ -259,10 +287,10 @@ impl Graph {
     ) -> Result<(), (usize, NodeFault)> {
         let (bodies, slots, outs) = (&self.bodies[..], &self.slots[..], &self.outs[..]);
         let Rest { registered, reals, words, longs, scratch } = rest;
-        let mut cx = stage.clock.cx(Seed::new(0));
+        let mut cx = stage.clock.cx(Random { seed: Seed::new(0), noise: 0.0 });
         for plan in plans {
             let node = plan.node as usize;
-            cx.node_seed = stage.seeds[node];
+            Random { seed: cx.node_seed, noise: cx.noise_scale } = stage.random[node];
             let mut io = AdvanceIo {
                 inputs: stage.inputs(&slots[plan.slots.of()]),
                 outputs: Outputs {

@@ -11,7 +11,9 @@ use super::reporter::LogReporter;
 use super::world::EpisodeWorld;
 use crate::robot::scene::Scene;
 use crate::robot::scene::SceneFrame;
-use crate::sim::{RunConfig, Seed, SimError, Simulator, StopReason, WorldError};
+use crate::sim::{
+    Live, LiveError, LiveOptions, RunConfig, Seed, SimError, Simulator, StopReason, WorldError,
+};
 use crate::task::compile::GroundProblem;
 use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
@@ -36,6 +38,9 @@ pub struct Episode {
     pub reference_moves: Option<usize>,
     /// Wall time of compiling problems and building planner graphs.
     pub build_wall: Duration,
+    /// Number of interventions that were not made, because the episode ended or its problem was compiled anew before their
+    /// ticks.
+    pub not_made: usize,
 }
 
 impl Episode {
@@ -52,6 +57,7 @@ impl Episode {
             grounds: Vec::new(),
             reference_moves: None,
             build_wall: Duration::ZERO,
+            not_made: 0,
         }
     }
 }
@@ -144,11 +150,17 @@ impl<'d> PreparedEpisode<'d> {
         observer.observe(&Event::EpisodeBegan { goal: &goals.join(" + ") });
         let mut reporter = LogReporter::default();
         let parts = cell.sensed().part_count();
+        let mut not_made = 0;
         let mut world = EpisodeWorld::begun(model.clone(), &spec, cell, seed)?;
         loop {
             let run = RunConfig::seeded(seed).in_world(world).with_threads(spec.threads);
-            let mut sim = Simulator::new(model.planner.graph().clone(), run)?;
-            follow(&mut sim, &spec, parts, grounds.len() == 1, &mut reporter, observer)?;
+            let sim = Simulator::new(model.planner.graph().clone(), run)?;
+            let first = grounds.len() == 1;
+            let live = follow(sim, &spec, parts, first, &mut reporter, observer)?;
+            if first {
+                not_made = live.ahead().len();
+            }
+            let sim = live.into_simulator();
             let tick = sim.tick();
             world = *EpisodeWorld::of_run(sim).ok_or_else(|| {
                 let source = WorldError::new("it is no longer the world of this episode");
@@ -184,6 +196,7 @@ impl<'d> PreparedEpisode<'d> {
                 grounds,
                 reference_moves,
                 build_wall,
+                not_made,
             });
         }
     }
@@ -224,15 +237,23 @@ pub fn episode_observed(
 
 /// Runs a simulator until its episode is over or its problem must be compiled anew.
 fn follow(
-    sim: &mut Simulator,
+    sim: Simulator,
     spec: &EpisodeSpec,
     parts: usize,
     first: bool,
     reporter: &mut LogReporter,
     observer: &mut dyn Observer,
-) -> Result<(), TaskError> {
+) -> Result<Live, TaskError> {
     // A safeguard: the world itself ends the episode before this limit.
-    sim.run_until(spec.safeguard(parts), |view| {
+    let limit = spec.safeguard(parts);
+    let mut live = Live::new(sim, LiveOptions { memory_bytes: 0, ..LiveOptions::default() })?;
+    if first && !spec.interventions.entries().is_empty() {
+        let graph = live.sim().graph();
+        let end = graph.timebase().ticks(limit).map_err(SimError::from)?;
+        spec.interventions.check(graph, end).map_err(LiveError::from)?;
+        live.follow(&spec.interventions)?;
+    }
+    live.run_until(limit, |view| {
         let Some(world) = EpisodeWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
@@ -245,5 +266,5 @@ fn follow(
         }
         ControlFlow::Continue(())
     })?;
-    Ok(())
+    Ok(live)
 }

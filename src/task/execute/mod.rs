@@ -86,7 +86,7 @@ mod world;
 
 use std::sync::Arc;
 
-use crate::sim::{Seed, SimDuration, Threads};
+use crate::sim::{InterventionLog, Seed, SimDuration, Threads};
 use crate::task::error::TaskError;
 use crate::task::recording::Sensing;
 pub use crate::task::tasks::Perturbation;
@@ -121,6 +121,8 @@ pub struct EpisodeSpec {
     /// Errors of the robot's sensing. If there are any, each look takes 25 frames and their mean; an object is seen if it is
     /// in two of them. The part in the hand is followed by the mean of its last 45 frames.
     pub sensing: Sensing,
+    /// Interventions in the planner graph over the first scene. Ticks count from the start of the episode.
+    pub interventions: InterventionLog,
 }
 
 impl Default for EpisodeSpec {
@@ -134,6 +136,7 @@ impl Default for EpisodeSpec {
             frame_ms: None,
             threads: Threads::Auto,
             sensing: Sensing::default(),
+            interventions: InterventionLog::default(),
         }
     }
 }
