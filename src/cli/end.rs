@@ -1,7 +1,6 @@
 //! How a command ends: its outcome, its faults, and the exit codes.
 
 use std::fmt::Display;
-use std::io::Write;
 use std::process::ExitCode;
 
 use anyhow::Error;
@@ -15,7 +14,7 @@ use symbolt::study::standard::UnknownModel;
 use symbolt::task::TaskError;
 use symbolt::task::pddl::WriteFault;
 
-use super::output::printable;
+use super::output::{tell, warn_of_the_rest};
 
 /// The result of a command that ran to its end.
 pub(crate) enum Outcome {
@@ -48,8 +47,9 @@ pub(crate) struct Ended {
 impl Ended {
     /// Says the sentence, if there is one, and returns the exit code.
     pub fn tell(self) -> ExitCode {
+        warn_of_the_rest();
         if let Some(sentence) = self.sentence {
-            complain(&sentence);
+            tell(&sentence);
         }
         ExitCode::from(self.code)
     }
@@ -64,12 +64,6 @@ pub(crate) fn sentence(error: &Error) -> String {
             _ => format!("{text}: {cause}"),
         }
     })
-}
-
-pub(crate) fn complain(sentence: &str) {
-    let lines: Vec<_> = sentence.split('\n').map(printable).collect();
-    // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "symbolt: {}", lines.join("\n"));
 }
 
 /// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::output::printable;
+use symbolt::sim::plain;
 
 /// Number of columns that every terminal has.
 const WIDTH: usize = 80;
@@ -18,7 +18,7 @@ pub(crate) fn unbroken(text: &str) -> String {
 /// Breaks a text into lines of at most 80 columns. All lines but the first are indented.
 pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     let lines = lines(text, WIDTH.saturating_sub(indent));
-    let lines: Vec<_> = lines.iter().map(|line| printable(line)).collect();
+    let lines: Vec<_> = lines.iter().map(|line| plain(line)).collect();
     shown(&lines.join(&format!("\n{:indent$}", "")))
 }
 
@@ -92,7 +92,7 @@ impl Grid {
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         let mut cells = cells.into_iter();
         for column in &mut self.columns {
-            column.push(&printable(&cells.next().unwrap_or_default()));
+            column.push(&plain(&cells.next().unwrap_or_default()));
         }
     }
 

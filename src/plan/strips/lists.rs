@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::pddl::{Domain, OBJECT, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
-use crate::spa::nearest_name;
+use crate::sim::{meant, nearest_first};
 
 /// Greatest number of types, of predicates, of functions, and of parameters of each.
 pub(super) const MAX_NAMES: usize = 1_024;
@@ -106,14 +106,14 @@ impl Source<'_> {
         for (node, typed) in &read {
             if let Some(unknown) = typed.types.iter().find(|t| !types.contains(t)) {
                 let known: Vec<&str> = types.declared().iter().map(|t| t.name.as_str()).collect();
-                let meant = meant(unknown, known.iter().copied());
-                let known = format!("one of: {OBJECT}, {}", known.join(", "));
+                let near = meant(unknown, known.iter().copied());
+                let known = nearest_first(unknown, [OBJECT].into_iter().chain(known));
                 let problem = format!(
-                    "`{}` has the unknown type `{}`{meant}",
+                    "`{}` has the unknown type `{}`{near}",
                     short(&typed.name),
                     short(unknown)
                 );
-                return Err(self.fault(*node, problem, known.trim_end_matches(", ")));
+                return Err(self.fault(*node, problem, format!("one of: {known}")));
             }
         }
         Ok(read)
@@ -194,14 +194,6 @@ impl Source<'_> {
         }
         Ok(types)
     }
-}
-
-/// Returns a question about the name that may have been meant; empty if none is near.
-pub(super) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // Thousands of names cost time, and every short name is near to every other.
-    let long = name.chars().nth(3).is_some();
-    let nearest = nearest_name(name, known.take(if long { 2_000 } else { 0 }));
-    nearest.map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
 impl Source<'_> {
@@ -329,7 +321,7 @@ impl Source<'_> {
             let names: Vec<&str> = known.map(|(name, _)| name).collect();
             let expected = match names.is_empty() {
                 true => format!("one of: none, as no {what} is declared"),
-                false => format!("one of: {}{near}", names.join(", ")),
+                false => format!("one of: {}{near}", nearest_first(name, names)),
             };
             return Err(self.unexpected(node, what, &expected));
         }

@@ -85,14 +85,6 @@ impl Node {
     }
 }
 
-/// Cuts off the end of a list of hundreds of choices.
-fn short_list(text: String) -> String {
-    if text.len() <= 2000 {
-        return text;
-    }
-    text.chars().take(2000).chain(", ...".chars()).collect()
-}
-
 pub(super) fn short(word: &str) -> String {
     if word.chars().count() <= 60 {
         return word.to_owned();
@@ -139,7 +131,7 @@ impl Source<'_> {
             line: place.line,
             column: place.column,
             problem: problem.into(),
-            expected: short_list(expected.into()),
+            expected: expected.into(),
         }
     }
 

@@ -7,6 +7,7 @@ use super::mapping::{
     Angle, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap, TimeUnit,
 };
 use super::streams::Guess;
+use crate::sim::{few, meant, nearest_first};
 use crate::task::error::InputFault;
 use crate::task::recording::MAX_NAME;
 
@@ -127,9 +128,9 @@ impl Finder<'_> {
     /// Returns the index of a column.
     fn column(&self, name: &str) -> Result<usize, InputFault> {
         self.header.iter().position(|own| own == name).ok_or_else(|| {
-            let known: Vec<&str> = self.header.iter().map(String::as_str).take(60).collect();
-            let problem = "there is no such column".to_owned();
-            self.fault(name, problem, format!("one of: {}", known.join(", ")))
+            let known = || self.header.iter().map(String::as_str);
+            let problem = format!("there is no such column{}", meant(name, known()));
+            self.fault(name, problem, format!("one of: {}", nearest_first(name, known())))
         })
     }
 
@@ -285,9 +286,8 @@ impl Finder<'_> {
         let unused = self.header.iter().zip(&used).filter(|(_, used)| !**used);
         layout.unused = unused.map(|(name, _)| name.clone()).collect();
         if layout.bodies.is_empty() && !grips && layout.contacts.is_empty() {
-            let known: Vec<&str> = self.header.iter().map(String::as_str).take(60).collect();
             let problem =
-                format!("no columns of a position are recognised among {}", known.join(", "));
+                format!("no columns of a position are recognised among {}", few(self.header));
             let expected =
                 "columns such as x, y, z or NAME.x, NAME.y, NAME.z, or `objects` in the mapping";
             return Err(self.fault("", problem, expected.into()));

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
+use crate::sim::{meant, nearest_first};
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// One line of the file.
@@ -333,13 +334,14 @@ fn check_snapshot(
     let touched = match &raw.object {
         None => None,
         Some(id) => Some(*ids.get(&**id).ok_or_else(|| {
-            let known: Vec<&str> = objects.iter().take(20).map(|o| &*o.id).collect();
-            let expected = if known.is_empty() {
+            let known = || objects.iter().map(|o| &*o.id);
+            let expected = if objects.is_empty() {
                 "no `object`, as the snapshot has no objects".into()
             } else {
-                format!("an id of this snapshot's objects: {}", known.join(", "))
+                format!("an id of this snapshot's objects: {}", nearest_first(id, known()))
             };
-            place.fault("object", format!("no object is called `{id}`"), expected)
+            let problem = format!("no object is called `{id}`{}", meant(id, known()));
+            place.fault("object", problem, expected)
         })?),
     };
     if matches!(raw.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) && touched.is_some() {

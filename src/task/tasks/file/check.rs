@@ -10,6 +10,7 @@ use super::format::{
 use crate::robot::arm::level::dot;
 use crate::robot::arm::reaches_table;
 use crate::robot::arm::vector::unit;
+use crate::sim::few;
 
 /// A fault: the field, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,8 +42,7 @@ fn in_range(field: String, value: f64, [least, most]: [f64; 2]) -> Checked {
 }
 
 fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let quoted: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
-    quoted.join(", ")
+    few(names.into_iter().map(|name| format!("`{name}`")))
 }
 
 fn one_of(field: String, name: &str, choices: &[&str]) -> Checked {
