@@ -6,14 +6,15 @@ use std::time::Instant;
 use anyhow::{Context, Error, bail, ensure};
 use clap::Args;
 use serde_json::{Map, Value, json};
-use symbolt::files::{Overwrite, check_output, write_atomic};
-use symbolt::neurons::{Population, SelectRule, SolvedModel, Tuning};
+use symbolt::files::{Limit, Overwrite, check_output, write_atomic};
+use symbolt::neurons::{Population, SelectRule, SolvedFileError, SolvedModel, Tuning};
 use symbolt::sim::{Seed, SimDuration};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::TaskError;
 use symbolt::task::planner::Unbinding;
 
 use super::end::{BadArgument, Outcome};
+use super::kind::{Given, Kind, parsed};
 use super::options::{Common, number, whole};
 use super::output::{Progress, answer, overwrite, use_threads};
 use super::table::Grid;
@@ -182,7 +183,12 @@ fn scaled(error: TaskError, scale: f64) -> Error {
 
 fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {
     let begun = Instant::now();
-    let built = spec.build_from(model, SolvedModel::read(path)?)?;
+    let solved =
+        parsed(Given { path, takes: &[Kind::Model] }, Limit::MODEL, &[], |bytes, name| {
+            let content = |source| SolvedFileError::Content { file: name.into(), source };
+            SolvedModel::decode(bytes).map_err(content)
+        })?;
+    let built = spec.build_from(model, solved)?;
     Ok((built, begun.elapsed().as_secs_f64()))
 }
 

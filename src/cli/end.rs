@@ -11,8 +11,8 @@ use symbolt::plan::model::LearnError;
 use symbolt::plan::strips::{GroundFault, PddlFault};
 use symbolt::study::experiment::ShardError;
 use symbolt::study::standard::UnknownModel;
-use symbolt::task::TaskError;
 use symbolt::task::pddl::WriteFault;
+use symbolt::task::{InputFault, TaskError};
 
 use super::output::{tell, warn_of_the_rest};
 
@@ -73,6 +73,7 @@ pub(crate) fn code(error: &Error) -> u8 {
     }
     if error.is::<SolvedFileError>()
         || error.is::<PddlFault>()
+        || error.is::<InputFault>()
         || error.is::<GroundFault>()
         || error.is::<WriteFault>()
         || error.is::<LearnError>()

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Value, json};
+use symbolt::files::Limit;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::TargetPose;
 use symbolt::task::domain::{GoalTerm, RelationalDomain};
@@ -11,6 +12,7 @@ use symbolt::task::{Snapshot, TaskError};
 
 use super::domain_tables::{metres, other_goals};
 use super::end::BadArgument;
+use super::kind::{Given, Kind, parsed};
 use super::options::GroundingArgs;
 use super::output::{not_both_standard_input, warn};
 use super::table::listed;
@@ -18,8 +20,10 @@ use super::table::listed;
 /// Reads a domain and a scene, not both from standard input.
 pub(crate) fn read(domain: &Path, scene: &Path) -> Result<(RelationalDomain, Snapshot), Error> {
     not_both_standard_input(("domain", domain), ("scene", scene))?;
-    let domain = RelationalDomain::read(domain)?;
-    let (mut scene, attributes) = Snapshot::read_attributed(scene)?;
+    let domain = Given { path: domain, takes: &[Kind::Domain] };
+    let scene = Given { path: scene, takes: &[Kind::Scene] };
+    let domain = parsed(domain, Limit::DOMAIN, &[scene], RelationalDomain::parse)?;
+    let (mut scene, attributes) = parsed(scene, Limit::SCENE, &[], Snapshot::parse_attributed)?;
     domain.divide(&mut scene, &attributes).iter().for_each(|left| warn(&left.to_string()));
     Ok((domain, scene))
 }

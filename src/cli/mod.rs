@@ -10,6 +10,7 @@ mod domain_tables;
 mod end;
 mod experiment;
 mod import;
+mod kind;
 mod learn;
 mod learn_model;
 mod look;

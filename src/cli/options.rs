@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::Error;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use symbolt::files::{Limit, read_file};
+use symbolt::files::Limit;
 use symbolt::neurons::Population;
 use symbolt::sim::Seed;
 use symbolt::spa::{Algebra, Hrr};
@@ -22,6 +22,7 @@ use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Commitment, Sensing, TaskError};
 
 use super::end::BadArgument;
+use super::kind::{Given, Kind, parsed};
 use super::rank;
 
 /// Options of nearly every command.
@@ -220,13 +221,13 @@ impl TaskArgs {
     }
 
     /// Returns the task with its default settings.
-    pub fn task(&self) -> Result<Arc<dyn Task>, TaskError> {
+    pub fn task(&self) -> Result<Arc<dyn Task>, Error> {
         match (&self.task_file, &self.task) {
             (Some(path), _) => {
-                let text = read_file(path, Limit::SETTINGS)?;
-                Ok(Arc::new(DataTask::parse(&text, &path.display().to_string())?))
+                let file = Given { path, takes: &[Kind::Task] };
+                Ok(Arc::new(parsed(file, Limit::SETTINGS, &[], DataTask::parse)?))
             }
-            (None, Some(name)) => tasks::by_name(name),
+            (None, Some(name)) => Ok(tasks::by_name(name)?),
             (None, None) => Ok(tasks::default()),
         }
     }
@@ -291,10 +292,16 @@ impl DemoArgs {
     /// # Errors
     /// [`BadArgument`] if a number is given and the task has no nuts and bolts.
     pub fn with_parts(&self, parts: [(&str, Option<usize>); 2]) -> Result<Arc<dyn Task>, Error> {
+        let takes: &[Kind] = match self.task.has_nuts() {
+            true => &[Kind::Settings],
+            false => &[Kind::Settings, Kind::Task],
+        };
+        let settings = self.config.as_deref().map(|path| Given { path, takes });
         if self.task.has_nuts() {
-            let config = self.config.as_deref();
-            let mut spec =
-                config.map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)?;
+            let mut spec = match settings {
+                Some(settings) => parsed(settings, Limit::SETTINGS, &[], NutsAndBolts::parse)?,
+                None => NutsAndBolts::default(),
+            };
             let [(_, nuts), (_, bolts)] = parts;
             spec.nuts = nuts.unwrap_or(spec.nuts);
             spec.bolts = bolts.unwrap_or(spec.bolts);
@@ -309,11 +316,11 @@ impl DemoArgs {
             );
             return Err(BadArgument(problem).into());
         }
-        Ok(match &self.config {
+        Ok(match settings {
             None => task,
-            Some(path) => {
-                task.with_settings(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())?
-            }
+            Some(settings) => parsed(settings, Limit::SETTINGS, &[], |bytes, name| {
+                task.with_settings(bytes, name)
+            })?,
         })
     }
 }

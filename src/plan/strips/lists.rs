@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::pddl::{Domain, OBJECT, Typed, Types};
-use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
+use super::sexpr::{Node, PddlFault, Place, Source, short};
 use crate::sim::{meant, nearest_first};
 
 /// Greatest number of types, of predicates, of functions, and of parameters of each.
@@ -16,24 +16,6 @@ const NO_TYPE: &str = "no type follows `-`";
 
 /// Greatest number of types of all names of a typed list.
 const MAX_TYPED: usize = 500_000;
-
-/// Returns whether a text has a domain, and whether it has a problem, however wrong they are. `file` names the text in the
-/// error. JSON has neither.
-///
-/// # Errors
-/// Where parentheses do not match, or a limit of [`Domain::parse`] on the whole text is passed.
-pub fn contents(bytes: &[u8], file: &str) -> Result<[bool; 2], PddlFault> {
-    if bytes.trim_ascii_start().starts_with(b"{") {
-        return Ok([false, false]);
-    }
-    let nodes = Source { file, notes: &Notes::default() }.nodes(bytes)?;
-    let defines = |what: &str| {
-        nodes.iter().any(|node| {
-            node.head() == Some("define") && tail(node).first().and_then(Node::head) == Some(what)
-        })
-    };
-    Ok(["domain", "problem"].map(defines))
-}
 
 /// Returns the elements of a list after its first.
 pub(super) fn tail(node: &Node) -> &[Node] {
