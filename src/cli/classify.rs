@@ -14,6 +14,7 @@ use symbolt::task::{ObjectPose, Recording, Snapshot};
 
 use super::end::Outcome;
 use super::kind::{Given, Kind, parsed};
+use super::look::known;
 use super::options::{Common, GroundingArgs, OutFile};
 use super::output::{not_both_standard_input, use_threads, warn};
 use super::table::{Grid, counted};
@@ -64,6 +65,8 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     let domain = parsed(domain, Limit::DOMAIN, &[seen], RelationalDomain::parse)?;
     let classifier = args.grounding.classifier(&domain)?;
     let scenes = Scenes::read(seen, &domain.sub_kinds)?;
+    let snapshots = scenes.recording.demos.iter().flat_map(|demo| &demo.snapshots);
+    known(&domain, snapshots.flat_map(|seen| &seen.objects).map(|object| &*object.kind))?;
     let found = Found { scenes: &scenes, domain: &domain, classifier: &classifier };
     if args.common.json { out.write(found) } else { out.write(found.table()) }
 }

@@ -18,7 +18,7 @@ use super::options::{Common, OutFile};
 use super::rank::{leads, own};
 use super::table::counted;
 
-/// Writes a result to standard output, and ends its last line. Of several processes that share a command only the first
+/// Writes a result to standard output, and ends its last line if there is one. Of several processes that share a command only the first
 /// writes.
 pub(crate) fn emit(result: impl Display) -> Result<(), Error> {
     if !leads() {
@@ -28,7 +28,7 @@ pub(crate) fn emit(result: impl Display) -> Result<(), Error> {
         let out = BufWriter::with_capacity(1 << 16, std::io::stdout().lock());
         let mut out = Lines { out, last: None };
         write!(out, "{result}")?;
-        if out.last != Some(b'\n') {
+        if out.last.is_some_and(|last| last != b'\n') {
             out.write_all(b"\n")?;
         }
         out.flush()
@@ -228,11 +228,13 @@ pub(crate) fn warn_of_the_rest() {
 /// Greatest number of lines and of characters of a message.
 const LONGEST: [usize; 2] = [10, 1_000];
 
+/// What every message begins with. A terminal shows it in colour, unless `NO_COLOR` is set.
+const PREFIX: &str = "symbolt: ";
+
 /// Prints a message to standard error. All errors and warnings come here: they have one prefix, their control characters,
 /// which may come from files, are escaped, and what is too long is cut.
 pub(crate) fn tell(message: &str) {
-    let prefix = "symbolt: ";
-    let mut text = prefix.to_owned();
+    let mut text = PREFIX.to_owned();
     for (index, line) in message.trim_end().lines().enumerate() {
         if index == LONGEST[0] - 1 && message.trim_end().lines().nth(LONGEST[0]).is_some() {
             text += "\n...";
@@ -246,8 +248,11 @@ pub(crate) fn tell(message: &str) {
         text.truncate(at);
         text += "...";
     }
+    let (name, rest) = text.split_at(PREFIX.len() - 1);
+    let name = console::style(name).for_stderr().bold();
+    let name = if rest.starts_with(" warning: ") { name.yellow() } else { name.red() };
     // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{name}{rest}");
 }
 
 /// Sets the number of worker threads.

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 const MOST: usize = 10;
 
 /// Greatest number of characters of all names in a message, and of a single one.
-const LONG: [usize; 2] = [400, 60];
+const LONG: [usize; 2] = [400, 100];
 
 /// Length up to which names are compared, in bytes: the steps are the product of the lengths.
 const LONGEST: usize = 200;

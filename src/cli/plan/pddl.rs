@@ -10,13 +10,11 @@ use symbolt::plan::goal_sets::{
 };
 use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, shorten, validate};
 use symbolt::sim::{Seed, SimDuration};
-use symbolt::task::classify::Classifier;
 use symbolt::task::planner::PlannerKind;
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome, sentence};
 use crate::cli::kind::{Given, Kind, beginning, parsed};
-use crate::cli::options::Rule;
 use crate::cli::output::{Place, Progress, not_both_standard_input, warn};
 use crate::cli::table::counted;
 
@@ -66,8 +64,8 @@ fn check(args: &PlanArgs) -> Result<(), Error> {
     args.planner.check_goal_sets("")?;
     let of_scenes = [
         ("--absent", args.planner.absent),
-        ("--grounding", args.grounding.grounding != Rule::Gated),
-        ("--limit", args.grounding.limit != Classifier::LIMIT),
+        ("--grounding", args.grounding.grounding.is_some()),
+        ("--limit", args.grounding.limit.is_some()),
     ];
     if let Some((option, _)) = of_scenes.iter().find(|(_, given)| *given) {
         bail!(BadArgument(format!("{option} is for a scene; leave it out")));

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
+use symbolt::sim::few;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
 use symbolt::task::domain::RelationalDomain;
@@ -13,7 +14,7 @@ use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::look::{look, loose, position, read, target_json, wanted};
+use crate::cli::look::{look, loose, misses, position, read, target_json, wanted};
 use crate::cli::options::PlannerArgs;
 use crate::cli::output::{Place, Progress};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
@@ -50,7 +51,15 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     out.write(&text)?;
     Ok(match (&plan.end, plan.moves.is_empty()) {
         // Only the next action counts: the robot looks and plans again after each action.
-        (SceneEnd::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),
+        (SceneEnd::Stuck(reason), true) => {
+            // What is in no state is what an action would need, more often than not.
+            let loose = misses(&planned, &layout);
+            let why = match loose.is_empty() {
+                true => String::new(),
+                false => format!("; in no state: {}", few(loose)),
+            };
+            Outcome::Failed(format!("stuck: {reason}{why}"))
+        }
         _ => Outcome::Done,
     })
 }

@@ -9,7 +9,7 @@ use super::mapping::{
 use super::streams::Guess;
 use crate::sim::{few, meant, nearest_first};
 use crate::task::error::InputFault;
-use crate::task::recording::MAX_NAME;
+use crate::task::recording::{FIT_NAME, unfit};
 
 /// How a body's orientation is given, by columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -265,10 +265,10 @@ impl Finder<'_> {
                 layout.bodies.push(Body { id, position, turn });
             }
         }
-        if let Some(body) = layout.bodies.iter().find(|b| b.id.chars().count() > MAX_NAME) {
-            let length = body.id.chars().count();
-            let problem = format!("an object's name has {length} characters");
-            return Err(self.fault("", problem, format!("at most {MAX_NAME}")));
+        // A body without a name of its own takes it from a column of ids.
+        let named = layout.bodies.iter().filter(|body| !body.id.is_empty());
+        if let Some(problem) = named.map(|body| unfit(&body.id)).find_map(|problem| problem) {
+            return Err(self.fault("", format!("an object's name: {problem}"), FIT_NAME.into()));
         }
         // A column of ids applies to bodies without a name of their own.
         if !layout.bodies.is_empty() && layout.bodies.iter().all(|body| body.id != "*") {

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::{
-    Attributes, Demonstration, Labels, MAX_NAME, ObjectPose, Recording, Snapshot, SnapshotEvent,
+    Attributes, Demonstration, FIT_NAME, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent,
+    unfit,
 };
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
@@ -308,14 +309,8 @@ fn check_snapshot(
     for (index, object) in raw.objects.into_iter().enumerate() {
         let field = |name: &str| format!("objects[{index}].{name}");
         for (name, text) in [("id", &object.id), ("kind", &object.kind)] {
-            let length = text.chars().count();
-            if length == 0 || length > MAX_NAME {
-                let problem = format!("it has {length} characters");
-                return Err(place.fault(
-                    field(name),
-                    problem,
-                    format!("1 to {MAX_NAME} characters"),
-                ));
+            if let Some(problem) = unfit(text) {
+                return Err(place.fault(field(name), problem, FIT_NAME));
             }
         }
         let pose = check_pose(object.position, object.orientation, &field, place)?;
