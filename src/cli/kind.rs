@@ -447,8 +447,10 @@ impl Given<'_> {
             let second = other.path.display();
             let found = beginning(other.path).map(|start| Kind::of(&start).kind);
             if let Some(found) = found.filter(|found| self.fits(*found)) {
-                let (own, its) = (kind.name(), found.name());
-                return BadArgument(format!("{file} is {own}, and {second} is {its}; swap them"));
+                let [own, its] = [kind, found].map(|kind| kind.name().trim_end_matches(" in PDDL"));
+                return BadArgument(format!(
+                    "the first file, {file}, is {own} and the second, {second}, {its}; swap them"
+                ));
             }
         }
         let usage = kind.usage(&file).map_or_else(String::new, |usage| format!("; {usage}"));

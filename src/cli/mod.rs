@@ -167,7 +167,8 @@ fn of_usage(usage: &clap::Error, command: &str) -> String {
     let lines = text.trim_start_matches("error: ").lines().map(str::trim);
     let own = lines.take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
     let mut sentence = String::new();
-    for line in own.filter(|line| !line.is_empty()) {
+    // An option that does not exist is no value that begins with a dash.
+    for line in own.filter(|line| !line.is_empty() && !line.starts_with("tip: to pass")) {
         let gap = match (sentence.is_empty(), sentence.ends_with(':'), line.starts_with('[')) {
             (true, ..) => "",
             (_, true, _) | (_, _, true) => " ",

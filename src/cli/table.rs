@@ -51,7 +51,9 @@ pub(crate) fn counted(number: usize, what: &str) -> String {
 
 /// Lists names after a title, broken between names.
 pub(crate) fn listed(title: &str, names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
+    let room = columns().min(PROSE).saturating_sub(length(title) + 1);
+    let whole = |name: &String| if length(name) > room { name.clone() } else { unbroken(name) };
+    let names: Vec<String> = names.iter().map(whole).collect();
     wrapped(&(unbroken(title) + &names.join(", ")), title.len())
 }
 
@@ -172,8 +174,9 @@ impl Grid {
         let mut parts = vec![Self { columns: vec![rows.clone()] }];
         let mut used = number;
         for column in &self.columns {
-            let width =
-                column.widest(longest_word, length).min(columns().saturating_sub(frame(2) + number));
+            let width = column
+                .widest(longest_word, length)
+                .min(columns().saturating_sub(frame(2) + number));
             if column.widest(longest_word, longest_word) > width {
                 return None;
             }

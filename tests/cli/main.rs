@@ -9,6 +9,8 @@
 mod bags;
 #[path = "../support/beside.rs"]
 mod beside;
+#[path = "../support/mutate.rs"]
+mod mutate;
 #[path = "../support/propositional.rs"]
 mod propositional;
 #[path = "../support/run.rs"]
@@ -19,6 +21,7 @@ mod cli_folders;
 mod cli_refusals;
 mod experiments;
 mod imports;
+mod messages;
 mod plan_pddl;
 mod relational_cli;
 mod report;
