@@ -89,6 +89,8 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         let problem = "--save and --load need --mode rate or lif: direct mode has no neurons";
         bail!(BadArgument(problem.into()));
     }
+    let unbinding = choice("unbinding", args.unbinding(), &UNBINDINGS)?;
+    let selection = choice("choice", args.choice(), &CHOICES)?;
     let of_networks = [
         ("--unbinding", &args.unbinding, Model::Planner),
         ("--choice", &args.choice, Model::Memory),
@@ -114,8 +116,8 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let spec = Standard {
         dimensions: args.dimensions,
         population,
-        unbinding: choice("unbinding", args.unbinding(), &UNBINDINGS)?,
-        choice: choice("choice", args.choice(), &CHOICES)?,
+        unbinding,
+        choice: selection,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
         ranks: rank::own().cloned(),
@@ -239,12 +241,15 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
 fn scaled(error: TaskError, scale: f64) -> Error {
     match error {
         TaskError::Build(faults) if scale != 1.0 && !faults.0.is_empty() => {
-            let first = &faults.0[0];
-            let more = match faults.0.len() {
-                1 => String::new(),
-                all => format!(", and so on for {} more populations", all - 1),
+            let (first, count) = (&faults.0[0], faults.0.len());
+            let (plural, more) = match count {
+                1 => ("", String::new()),
+                _ => ("s", format!("; and {} more", count - 1)),
             };
-            BadArgument(format!("--neurons-scale {scale}: {first}{more}")).into()
+            BadArgument(format!(
+                "--neurons-scale {scale}: the graph has {count} fault{plural}: - {first}{more}"
+            ))
+            .into()
         }
         error => error.into(),
     }

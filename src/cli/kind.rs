@@ -37,6 +37,8 @@ pub(crate) enum Kind {
     Json,
 }
 
+const UTF_16: Kind = Kind::Other("text in UTF-16, not UTF-8");
+
 /// How a file begins by which its format is known: the offset, the bytes, and what it is.
 const MAGIC: [(usize, &[u8], Kind); 24] = [
     (0, b"\x89HDF\r\n\x1a\n", Kind::Log("a log in HDF5")),
@@ -61,8 +63,8 @@ const MAGIC: [(usize, &[u8], Kind); 24] = [
     (0, b"\x7fELF", Kind::Other("a program")),
     (0, b"#!", Kind::Other("a script")),
     (0, b"\x80\x04\x95", Kind::Other("an object of Python (pickle)")),
-    (0, b"\xff\xfe", Kind::Other("text in UTF-16; save it as UTF-8")),
-    (0, b"\xfe\xff", Kind::Other("text in UTF-16; save it as UTF-8")),
+    (0, b"\xff\xfe", UTF_16),
+    (0, b"\xfe\xff", UTF_16),
 ];
 
 /// Formats that JSON files name, and their kinds.
@@ -114,7 +116,12 @@ impl Kind {
         match text.first() {
             None => found(Self::Other("empty")),
             Some(b'{') => Self::of_json(bytes),
-            Some(b'[') => found(Self::Other("a list in JSON")),
+            Some(b'[') => found(Self::Other(match text[1..].trim_ascii_start().first() {
+                Some(b'a'..=b'z' | b'A'..=b'Z' | b'[') if text[1..].contains(&b'=') => {
+                    "a text in TOML"
+                }
+                _ => "a list in JSON",
+            })),
             Some(b'(' | b';') => Self::of_lists(bytes),
             Some(b'<') => found(Self::of_markup(text)),
             _ if bytes.contains(&0) => found(Self::Other("a binary file")),
@@ -396,6 +403,10 @@ impl Given<'_> {
             .any(|own| *own == kind || matches!((own, kind), (Kind::Log(_), Kind::Log(_))))
     }
 
+    fn fits_pddl(self) -> bool {
+        [Kind::PddlDomain, Kind::PddlProblem, Kind::Trajectory].iter().any(|kind| self.fits(*kind))
+    }
+
     /// Reads the file. See [`parsed`].
     pub fn read(self, limit: Limit, others: &[Given<'_>]) -> Result<Vec<u8>, Error> {
         read_file(self.path, limit).map_err(|error| {
@@ -423,15 +434,20 @@ impl Given<'_> {
             // A scene may say of which demonstration it is, so that it is a recording of one line.
             let one = kind == Kind::Recording && !bytes.trim_ascii().contains(&b'\n');
             match (cut, self.fits(kind) || one && self.fits(Kind::Scene)) {
-                (Some(line), true) => {
+                // The reader of PDDL tells the place where the list begins.
+                (Some(line), true) if bytes.trim_ascii_start().first() == Some(&b'{') => {
                     let (file, what) = (self.path.display(), kind.name());
                     let problem = format!(
-                        "{file} is {what} that is cut off: it ends in line {line}, before its last bracket"
+                        "{file}, line {line}: {what} that is cut off here, before its last bracket"
                     );
                     BadArgument(problem).into()
                 }
+                // PDDL may be in UTF-16.
+                _ if kind == UTF_16 && self.fits_pddl() => error.into(),
                 // The fault says more of JSON that may be of the right kind.
-                (_, false) if kind != Kind::Json || cut.is_some() => self.other(kind, others).into(),
+                (_, false) if kind != Kind::Json || cut.is_some() => {
+                    self.other(kind, others).into()
+                }
                 _ => error.into(),
             }
         })
@@ -442,7 +458,10 @@ impl Given<'_> {
         let file = self.path.display().to_string();
         let mut takes: Vec<&str> = self.takes.iter().map(|kind| kind.name()).collect();
         takes.dedup();
-        let wanted = takes.join(" or ");
+        let wanted = match &takes[..] {
+            [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+            takes => takes.concat(),
+        };
         for other in others.iter().filter(|other| other.fits(kind)) {
             let second = other.path.display();
             let found = beginning(other.path).map(|start| Kind::of(&start).kind);
@@ -464,7 +483,7 @@ mod tests {
 
     #[test]
     fn files_are_recognised_by_what_they_hold() {
-        let cases: [(&[u8], Kind); 24] = [
+        let cases: [(&[u8], Kind); 25] = [
             (b"", Kind::Other("empty")),
             (b" \n", Kind::Other("empty")),
             (b"{\"format\": \"symbolt-domain\", \"version\": 3}", Kind::Domain),
@@ -481,6 +500,7 @@ mod tests {
             (b"{\"a\": \"format\"}", Kind::Json),
             (b"{\"\\\"format\": \"symbolt-domain\"}", Kind::Json),
             (b"[1, 2]", Kind::Other("a list in JSON")),
+            (b"[package]\nname = 1", Kind::Other("a text in TOML")),
             (b"; one\n(DEFINE (Domain d))", Kind::PddlDomain),
             (b"(define ; (domain\n (problem p) (:domain d))", Kind::PddlProblem),
             (b"(define (problem p)) (define\n(domain d))", Kind::Pddl),

@@ -7,7 +7,7 @@ use anyhow::Error;
 use serde_json::{Value, json};
 use symbolt::doubt::doubts;
 use symbolt::files::Limit;
-use symbolt::sim::few;
+use symbolt::sim::{few, meant};
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::TargetPose;
 use symbolt::task::domain::{GoalTerm, RelationalDomain};
@@ -87,7 +87,7 @@ pub(crate) fn look(
     Ok(layout)
 }
 
-/// Refuses objects if the domain knows none of their kinds, and warns of single kinds that it does not know.
+/// Refuses objects if the domain knows none of their kinds, and warns of kinds that are probably misspelt.
 pub(crate) fn known<'s>(
     domain: &RelationalDomain,
     kinds: impl Iterator<Item = &'s str>,
@@ -107,7 +107,14 @@ pub(crate) fn known<'s>(
             "the domain knows no object of this scene: {kinds}; {have}"
         )));
     }
-    warn(&format!("the domain knows nothing of the kinds {}; {have}", few(&foreign)));
+    // What stands about needs no state, but a kind may be misspelt.
+    for kind in foreign {
+        let absent = of_states.iter().filter(|own| !seen.contains(**own)).copied();
+        let meant = meant(kind, absent);
+        if !meant.is_empty() {
+            warn(&format!("the domain knows no kind `{kind}`{meant}; {have}"));
+        }
+    }
     Ok(())
 }
 

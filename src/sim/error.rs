@@ -261,7 +261,7 @@ fn list(items: &[String]) -> String {
     if items.is_empty() { "none".into() } else { few(items.iter().map(|name| format!("`{name}`"))) }
 }
 
-/// All faults of one description. A message has the first of them, and how many more there are.
+/// All faults of one description. A message has the first of them, and how many more there are; with `{:#}` it has all.
 #[derive(Clone, PartialEq)]
 pub struct BuildErrors(pub Vec<BuildError>);
 
@@ -276,6 +276,10 @@ impl fmt::Display for BuildErrors {
         for (index, fault) in self.0.iter().enumerate() {
             let fault = fault.to_string();
             length += fault.len().min(SHOWN[1]);
+            if f.alternate() {
+                write!(f, "\n  - {fault}")?;
+                continue;
+            }
             if index > 0 && (index == SHOWN[0] || length > SHOWN[2]) {
                 return write!(f, "\n  and {} more", self.0.len() - index);
             }

@@ -124,28 +124,38 @@ pub(crate) fn nearest_name<'n>(
 ) -> Option<String> {
     let length = written.chars().count();
     let most = if length > 3 { 2.max(length / 4) } else { 1 };
-    let near = names.into_iter().take(COMPARED).filter_map(|name| {
+    let others = names.into_iter().take(COMPARED);
+    // `p1` is not meant where `p2` is written.
+    let without = |name: &str| name.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
+    let numbered = |name: &str| {
+        without(written) == without(name) && written.chars().count() == name.chars().count()
+    };
+    let near = others.filter(|name| !numbered(name) || *name == written).filter_map(|name| {
         // A single letter is near to every other.
         edits(written, name).filter(|edits| *edits <= most && *edits < length).map(|e| (e, name))
     });
     near.min_by_key(|(edits, _)| *edits).map(|(_, name)| name.to_owned())
 }
 
-/// Returns the Levenshtein distance, capitals aside; `None` for names too long to compare.
+/// Returns the number of letters that are changed, added, left out or swapped with the next, capitals aside; `None` for
+/// names too long to compare.
 fn edits(a: &str, b: &str) -> Option<usize> {
     if a.len().max(b.len()) > LONGEST {
         return None;
     }
     let [a, b] = [a, b].map(|name| name.to_lowercase().chars().collect::<Vec<char>>());
+    let mut before: Vec<usize> = Vec::new();
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.iter().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
+        let mut next = vec![i + 1];
         for (j, y) in b.iter().enumerate() {
-            let cost = corner + usize::from(x != y);
-            corner = row[j + 1];
-            row[j + 1] = cost.min(row[j] + 1).min(row[j + 1] + 1);
+            let mut least = (row[j] + usize::from(x != y)).min(next[j] + 1).min(row[j + 1] + 1);
+            if i > 0 && j > 0 && *x == b[j - 1] && a[i - 1] == *y {
+                least = least.min(before[j - 1] + 1);
+            }
+            next.push(least);
         }
+        before = std::mem::replace(&mut row, next);
     }
     row.last().copied()
 }
@@ -176,7 +186,8 @@ mod tests {
         assert_eq!(nearest_first("b", ["c", "a"]), "c, a", "ten names keep their order");
         assert_eq!(meant("fork_at_plaet", all()), " (did you mean `FORK_AT_PLATE`?)");
         assert_eq!(meant("rn", ["run", "rename"]), " (did you mean `run`?)");
-        for (written, name) in [("a", "b"), ("", "b"), ("ab", "cd")] {
+        assert_eq!(meant("lfi", ["direct", "rate", "lif"]), " (did you mean `lif`?)");
+        for (written, name) in [("a", "b"), ("", "b"), ("ab", "cd"), ("table-5", "table-4")] {
             assert_eq!(meant(written, [name]), "", "{written}");
         }
         assert_eq!(meant(&"x".repeat(1_000), all()), "");

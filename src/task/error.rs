@@ -28,6 +28,9 @@ pub struct InputFault {
     pub expected: String,
 }
 
+/// Number of names that serde may list.
+const FEW: usize = 10;
+
 /// Returns serde's message without its line and column, which [`InputFault`] reports separately. Of many names it lists
 /// the nearest.
 pub(super) fn json_problem(error: &serde_json::Error) -> String {
@@ -40,9 +43,14 @@ pub(super) fn json_problem(error: &serde_json::Error) -> String {
     if let Some((found, names)) = unknown
         && let Some((_, written)) = found.split_once('`')
     {
-        let names = names.split('`').skip(1).step_by(2);
-        let (question, names) = (meant(written, names.clone()), nearest_first(written, names));
-        text = format!("{}`{question}, expected one of: {names}", short(found));
+        let names: Vec<&str> = names.split('`').skip(1).step_by(2).collect();
+        let question = meant(written, names.iter().copied());
+        if names.len() > FEW {
+            let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+            let names = nearest_first(&format!("`{written}`"), quoted.iter().map(String::as_str));
+            text = format!("{found}`, expected one of {names}");
+        }
+        text += &question;
     }
     text
 }

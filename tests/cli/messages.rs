@@ -81,7 +81,7 @@ fn prepared() -> tempfile::TempDir {
 #[test]
 fn every_message_says_what_a_file_is_and_what_was_meant() {
     let place = prepared();
-    let cases: [(&str, i32, &str); 47] = [
+    let cases: [(&str, i32, &str); 48] = [
         // Files of another kind.
         ("plan domain.json scene.json", 2, "`symbolt plan domain.json --scene scene.json`"),
         ("plan scene.json domain.json", 2, "`symbolt plan domain.json --scene scene.json`"),
@@ -101,11 +101,7 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
             2,
             "the first file, p.pddl, is a problem and the second, d.pddl, a domain; swap them",
         ),
-        (
-            "plan cut.json --scene scene.json",
-            2,
-            "cut.json is a learned domain that is cut off: it ends in line ",
-        ),
+        ("plan cut.json --scene scene.json", 2, ": a learned domain that is cut off here"),
         (
             "plan domain.json --scene demos.jsonl",
             2,
@@ -159,7 +155,8 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
             2,
             "domain.json is a learned domain; expected a model of solved populations",
         ),
-        ("check d.pddl", 2, "d.pddl is a domain in PDDL; expected a recording or a scene"),
+        ("check d.pddl", 2, "d.pddl is a domain in PDDL; expected a recording, a scene, "),
+        ("report domain.json", 2, "domain.json is a learned domain; expected the folder of a run"),
         // Names that do not exist.
         ("rn", 2, "(did you mean `run`?)"),
         ("run --task towr", 2, "there is no task `towr` (did you mean `tower`?); the tasks are: "),
@@ -169,7 +166,7 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
             "(did you mean `CUP_AT_PLATE`?)",
         ),
         ("bench bnid", 2, "(did you mean `bind`?)"),
-        ("bench bind --mode lfi", 2, "(did you mean `lif`?)"),
+        ("bench bind --mode lfi", 2, "there is no mode `lfi`; the modes are: direct, rate, lif"),
         ("experiment tabel-4", 2, "(did you mean `table-4`?)"),
         // Options without an effect.
         ("plan d.pddl p.pddl --limit 5", 2, "--limit is for a scene; leave it out"),
@@ -188,7 +185,11 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
         ("record --fail-rate 0.1", 2, "--kinematic"),
         ("record --kinematic --scene --fail-rate 0.1", 2, "'--scene'"),
         ("check domain.json --seed 3", 2, "unexpected argument '--seed' found"),
-        ("bench large --neurons-scale 1000 --quiet", 2, "and so on for 43 more populations"),
+        (
+            "bench large --neurons-scale 1000 --quiet",
+            2,
+            "the graph has 44 faults: - `achieved/gate/population`: `neurons` is 800000",
+        ),
         // Scenes that do not fit.
         (
             "plan domain.json --scene foreign.json",
@@ -204,7 +205,7 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
         ("plan domain.json --scene mm.json --quiet", 1, "stuck: "),
         ("check escape.json", 2, "`a\\u{1b}[31m` has a control character"),
         ("classify domain.json turned.json", 2, "`a\\u{202e}b` has a control character"),
-        ("plan domain.json --scene .", 2, "cannot read .: "),
+        ("plan domain.json --scene .", 2, ". is a folder; a scene in it is ./scene.json"),
     ];
     for (command, code, part) in cases {
         let args: Vec<&str> = command.split(' ').collect();

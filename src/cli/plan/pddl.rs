@@ -83,8 +83,10 @@ fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem)
         not_both_standard_input(("domain", first.path), ("problem", problem))?;
     }
     let bytes = first.read(Limit::PDDL, &[second])?;
-    let kind = Kind::of(&bytes).kind;
-    if let Some(advice) = advice(args, kind) {
+    let found = Kind::of(&bytes);
+    // What is faulty is told by its reader, with its place.
+    let whole = found.cut.is_none() || found.kind == Kind::Domain;
+    if let Some(advice) = advice(args, found.kind).filter(|_| whole) {
         bail!(BadArgument(advice));
     }
     let parse = |bytes: &[u8], name: &str| Domain::parse(bytes, name, bodies);

@@ -234,7 +234,7 @@ impl ProblemReader<'_> {
         self.types.get(word).ok_or_else(|| {
             let mut known: Vec<&str> = self.types.keys().map(String::as_str).collect();
             known.sort_unstable();
-            let near = meant(word, known.into_iter());
+            let near = meant(word, known);
             let problem = format!("`{}` is no object", short(word));
             let expected = format!("an object of :objects or :constants{near}");
             self.source.fault(node.place, problem, expected)

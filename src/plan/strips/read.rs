@@ -158,9 +158,9 @@ impl DomainReader<'_> {
             (Some(":axiom"), _) => "axioms in the notation before PDDL 2.2 (write :derived)",
             (Some(":observe" | ":sensing-action"), _) => "sensing",
             _ => {
-                let near = meant(section.head().unwrap_or_default(), SECTIONS.into_iter());
+                let near = meant(section.head().unwrap_or_default(), SECTIONS);
                 let expected = format!(
-                    "one of: {}{near}",
+                    "{}{near}",
                     nearest_first(section.head().unwrap_or_default(), SECTIONS)
                 );
                 return Err(self.source.unexpected(section, "section of a domain", &expected));

@@ -6,6 +6,8 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
+use crate::sim::is_plain;
+
 /// Greatest length of a text, in bytes: 64 MiB.
 const MAX_BYTES: usize = 64 << 20;
 
@@ -224,7 +226,7 @@ impl Source<'_> {
                     }
                 },
                 // Names are printed, and a terminal obeys control characters.
-                word if word.contains(char::is_control) => {
+                word if !is_plain(word) => {
                     let problem = format!("the word {word:?} has a control character");
                     return Err(self.fault(place, short(&problem), "letters, digits and signs"));
                 }

@@ -46,7 +46,7 @@ impl GroundProblem {
         &self.domain
     }
 
-    /// Returns a fact in words, such as `4 x BOLT_AT_FLANGE of flange_0`. Its own name is a symbol of the planner.
+    /// Returns a fact in words, such as `4 x CHAIR_AT_TABLE of table_0`. Its own name is a symbol of the planner.
     pub fn in_words(&self, fact: StateId, of: &RelationalDomain, layout: &Layout) -> String {
         let Some(test) = self.tests.get(fact.index()) else {
             return self.domain[fact].name.clone();

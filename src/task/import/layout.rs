@@ -129,8 +129,9 @@ impl Finder<'_> {
     fn column(&self, name: &str) -> Result<usize, InputFault> {
         self.header.iter().position(|own| own == name).ok_or_else(|| {
             let known = || self.header.iter().map(String::as_str);
-            let problem = format!("there is no such column{}", meant(name, known()));
-            self.fault(name, problem, format!("one of: {}", nearest_first(name, known())))
+            let expected =
+                format!("one of: {}{}", nearest_first(name, known()), meant(name, known()));
+            self.fault(name, "there is no such column".into(), expected)
         })
     }
 

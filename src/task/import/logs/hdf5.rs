@@ -212,9 +212,9 @@ impl Arrays<'_> {
         let refuse = |problem: String, expected: &str| fault(self.file, path, problem, expected);
         let Some(shape) = self.shapes.get(path).cloned() else {
             let known = || self.shapes.keys().map(String::as_str);
-            let expected = format!("one of: {}", nearest_first(path, known()));
-            let problem = format!("there is no such dataset{}", meant(path, known()));
-            return Err(refuse(problem, &expected));
+            let expected =
+                format!("one of: {}{}", nearest_first(path, known()), meant(path, known()));
+            return Err(refuse("there is no such dataset".into(), &expected));
         };
         if let (Some((rows, other)), Some(own)) = (rows, shape.first())
             && rows != *own
