@@ -472,8 +472,9 @@ impl Given<'_> {
                 ));
             }
         }
+        let name = if file == "-" { "standard input" } else { &*file };
         let usage = kind.usage(&file).map_or_else(String::new, |usage| format!("; {usage}"));
-        BadArgument(format!("{file} is {}; expected {wanted}{usage}", kind.name()))
+        BadArgument(format!("{name} is {}; expected {wanted}{usage}", kind.name()))
     }
 }
 
