@@ -6,15 +6,16 @@ use std::time::Instant;
 use anyhow::{Context, Error, bail, ensure};
 use clap::Args;
 use serde_json::{Map, Value, json};
-use symbolt::files::{Overwrite, check_output, write_atomic};
-use symbolt::neurons::{Population, SelectRule, SolvedModel, Tuning};
-use symbolt::sim::{Seed, SimDuration};
+use symbolt::files::{Limit, Overwrite, check_output, write_atomic};
+use symbolt::neurons::{Population, SelectRule, SolvedFileError, SolvedModel, Tuning};
+use symbolt::sim::{Seed, SimDuration, few, meant};
 use symbolt::study::standard::{Built, Measured, Model, Standard};
 use symbolt::task::TaskError;
 use symbolt::task::planner::Unbinding;
 
 use super::end::{BadArgument, Outcome};
-use super::options::{Common, number, whole};
+use super::kind::{Given, Kind, parsed};
+use super::options::{Common, number, unused, whole};
 use super::output::{Progress, answer, overwrite, use_threads};
 use super::table::Grid;
 use super::{rank, ranks};
@@ -42,12 +43,14 @@ pub(crate) struct BenchArgs {
     pub runs: usize,
     /// Unbinding of the network `planner`: products (neurons)
     /// or fixed (a linear map)
-    #[arg(verbatim_doc_comment, long, value_name = "WAY", default_value = "products")]
-    pub unbinding: String,
+    /// [default: products]
+    #[arg(verbatim_doc_comment, long, value_name = "WAY")]
+    pub unbinding: Option<String>,
     /// Selection of the network `memory`: winner, accumulators
     /// or threshold
-    #[arg(verbatim_doc_comment, long, value_name = "RULE", default_value = "winner")]
-    pub choice: String,
+    /// [default: winner]
+    #[arg(verbatim_doc_comment, long, value_name = "RULE")]
+    pub choice: Option<String>,
     /// File to write the solved populations to; it must not exist
     #[arg(long, value_name = "FILE", conflicts_with = "load")]
     pub save: Option<PathBuf>,
@@ -57,6 +60,16 @@ pub(crate) struct BenchArgs {
     /// File to read the solved populations from
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
+}
+
+impl BenchArgs {
+    fn unbinding(&self) -> &str {
+        self.unbinding.as_deref().unwrap_or("products")
+    }
+
+    fn choice(&self) -> &str {
+        self.choice.as_deref().unwrap_or("winner")
+    }
 }
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
@@ -76,6 +89,18 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         let problem = "--save and --load need --mode rate or lif: direct mode has no neurons";
         bail!(BadArgument(problem.into()));
     }
+    let unbinding = choice("unbinding", args.unbinding(), &UNBINDINGS)?;
+    let selection = choice("choice", args.choice(), &CHOICES)?;
+    let of_networks = [
+        ("--unbinding", &args.unbinding, Model::Planner),
+        ("--choice", &args.choice, Model::Memory),
+    ];
+    for (option, given, own) in of_networks {
+        if given.is_some() && model != own {
+            let name = Model::ALL.into_iter().find(|(_, model)| *model == own).map_or("", |m| m.0);
+            bail!(unused(option, &format!("the network `{name}`")));
+        }
+    }
     match args.save.as_deref() {
         Some(_) if rank::own().is_some() => {
             let problem = "--save: several processes share the network, and none has all of it; save it in one process";
@@ -91,14 +116,15 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     let spec = Standard {
         dimensions: args.dimensions,
         population,
-        unbinding: choice("unbinding", &args.unbinding, &UNBINDINGS)?,
-        choice: choice("choice", &args.choice, &CHOICES)?,
+        unbinding,
+        choice: selection,
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
         ranks: rank::own().cloned(),
     };
     ranks::check_alike(args.load.as_deref())?;
     let progress = Progress::new(&args.common);
+    foretell(args, &spec, model, &progress)?;
     progress.say(format!("building {}", args.model));
     let Ready { built, load_s, peak_mb } = ready(args, &spec, model)?;
     let mut runs = Vec::new();
@@ -111,6 +137,49 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
     drop(progress);
     let json = || summary(args, &middle, load_s, peak_mb);
     answer(&args.common, json, || table(args, &middle, load_s, peak_mb).to_string())
+}
+
+/// Dimensions that need no estimate, and dimensions of the network that gives one.
+const USUAL: [usize; 2] = [2_048, 256];
+
+/// Says what a network of many dimensions will need, as measured on one of fewer, and refuses it if it needs more memory
+/// than there is.
+fn foretell(
+    args: &BenchArgs,
+    spec: &Standard,
+    model: Model,
+    progress: &Progress,
+) -> Result<(), Error> {
+    if spec.dimensions <= USUAL[0] || rank::own().is_some() || args.load.is_some() {
+        return Ok(());
+    }
+    progress.say(format!("building {} of {} dimensions for an estimate", args.model, USUAL[1]));
+    let before_mb = peak_rss_mb();
+    let began = Instant::now();
+    let small = Standard { dimensions: USUAL[1], ..spec.clone() };
+    let built = small.build(model).map_err(|error| scaled(error, args.neurons_scale))?;
+    let times = spec.dimensions as f64 / USUAL[1] as f64;
+    let build_s = began.elapsed().as_secs_f64() * times;
+    let neurons = built.solved().neurons() as f64 * times;
+    // Every neuron takes some nanoseconds a step, and some tens of bytes.
+    let run_s = neurons * spec.sim_ms as f64 * 2e-9;
+    let measured_mb = peak_rss_mb().zip(before_mb).map_or(0.0, |(after, before)| after - before);
+    let need_mb = (neurons * 64.0 / 1e6).max(measured_mb * times);
+    let need = format!(
+        "{} of {} dimensions: up to about {} neurons, {:.1} GB, {:.0} s to build and {:.0} s for each of {} runs",
+        args.model,
+        spec.dimensions,
+        neurons as u64,
+        need_mb / 1e3,
+        build_s,
+        run_s,
+        args.runs
+    );
+    if let Some(free_mb) = memory_mb("/proc/meminfo", "MemAvailable:").filter(|mb| *mb < need_mb) {
+        bail!(BadArgument(format!("{need}; {:.1} GB are free", free_mb / 1e3)));
+    }
+    progress.say(need);
+    Ok(())
 }
 
 const UNBINDINGS: [(&str, Unbinding); 2] =
@@ -129,7 +198,7 @@ fn choice<T: Copy>(option: &str, asked: &str, choices: &[(&str, T)]) -> Result<T
     let found = choices.iter().find(|(name, _)| *name == asked).map(|(_, value)| *value);
     found.ok_or_else(|| {
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-        let expected = format!("one of {}", names.join(", "));
+        let expected = format!("one of {}{}", few(&names), meant(asked, names.iter().copied()));
         BadArgument::range(&format!("--{option}"), asked, &expected)
     })
 }
@@ -171,10 +240,16 @@ fn ready(args: &BenchArgs, spec: &Standard, model: Model) -> Result<Ready, Error
 /// Names the option in an error about the numbers of neurons, which `scale` multiplies.
 fn scaled(error: TaskError, scale: f64) -> Error {
     match error {
-        TaskError::Build(faults) if scale != 1.0 => {
-            let faults = faults.to_string();
-            let words: Vec<&str> = faults.split_whitespace().collect();
-            BadArgument(format!("--neurons-scale {scale}: {}", words.join(" "))).into()
+        TaskError::Build(faults) if scale != 1.0 && !faults.0.is_empty() => {
+            let (first, count) = (&faults.0[0], faults.0.len());
+            let (plural, more) = match count {
+                1 => ("", String::new()),
+                _ => ("s", format!("; and {} more", count - 1)),
+            };
+            BadArgument(format!(
+                "--neurons-scale {scale}: the graph has {count} fault{plural}: - {first}{more}"
+            ))
+            .into()
         }
         error => error.into(),
     }
@@ -182,14 +257,24 @@ fn scaled(error: TaskError, scale: f64) -> Error {
 
 fn load(spec: &Standard, model: Model, path: &Path) -> Result<(Built, f64), Error> {
     let begun = Instant::now();
-    let built = spec.build_from(model, SolvedModel::read(path)?)?;
+    let solved =
+        parsed(Given { path, takes: &[Kind::Model] }, Limit::MODEL, &[], |bytes, name| {
+            let content = |source| SolvedFileError::Content { file: name.into(), source };
+            SolvedModel::decode(bytes).map_err(content)
+        })?;
+    let built = spec.build_from(model, solved)?;
     Ok((built, begun.elapsed().as_secs_f64()))
 }
 
 /// Returns the peak memory of the process in MB, if the system reports it.
 fn peak_rss_mb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    memory_mb("/proc/self/status", "VmHWM:")
+}
+
+/// Returns a size in MB that the system reports in a file under this name.
+fn memory_mb(file: &str, name: &str) -> Option<f64> {
+    let status = std::fs::read_to_string(file).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes / 1e3)
 }
@@ -217,8 +302,8 @@ fn summary(
         "peak_rss_mb": peak_mb,
         "seed": args.common.seed,
         "sim_s": measured.sim_s,
-        "unbinding": args.unbinding,
-        "choice": args.choice,
+        "unbinding": args.unbinding(),
+        "choice": args.choice(),
         "quality": quality,
     })
 }

@@ -1,18 +1,20 @@
 //! `symbolt classify`: the state of every object in a recording or scene.
 
 use std::fmt::{self, Display};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Error;
 use clap::Args;
 use serde_json::{Value, json};
-use symbolt::files::{Limit, read_file};
+use symbolt::files::Limit;
 use symbolt::task::classify::{Classifier, Layout, Located};
 use symbolt::task::domain::{RelationalDomain, SubKinds};
 use symbolt::task::event::InNoState;
-use symbolt::task::{ObjectPose, Recording, Snapshot, TaskError};
+use symbolt::task::{ObjectPose, Recording, Snapshot};
 
 use super::end::Outcome;
+use super::kind::{Given, Kind, parsed};
+use super::look::known;
 use super::options::{Common, GroundingArgs, OutFile};
 use super::output::{not_both_standard_input, use_threads, warn};
 use super::table::{Grid, counted};
@@ -58,9 +60,13 @@ pub(crate) fn classify(args: &ClassifyArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     use_threads(&args.common)?;
     not_both_standard_input(("domain", &args.domain), ("recording", &args.recording))?;
-    let domain = RelationalDomain::read(&args.domain)?;
+    let domain = Given { path: &args.domain, takes: &[Kind::Domain] };
+    let seen = Given { path: &args.recording, takes: &[Kind::Recording, Kind::Scene] };
+    let domain = parsed(domain, Limit::DOMAIN, &[seen], RelationalDomain::parse)?;
     let classifier = args.grounding.classifier(&domain)?;
-    let scenes = Scenes::read(&args.recording, &domain.sub_kinds)?;
+    let scenes = Scenes::read(seen, &domain.sub_kinds)?;
+    let snapshots = scenes.recording.demos.iter().flat_map(|demo| &demo.snapshots);
+    known(&domain, snapshots.flat_map(|seen| &seen.objects).map(|object| &*object.kind))?;
     let found = Found { scenes: &scenes, domain: &domain, classifier: &classifier };
     if args.common.json { out.write(found) } else { out.write(found.table()) }
 }
@@ -82,17 +88,16 @@ fn json(row: &Row<'_>) -> Value {
 
 impl Scenes {
     /// Reads all snapshots of a recording, or the only one of a scene.
-    fn read(path: &Path, sub_kinds: &[SubKinds]) -> Result<Self, Error> {
-        let bytes = read_file(path, Limit::RECORDING)?;
-        let name = path.display().to_string();
-        let (mut recording, attributes, single) = match Recording::parse_whole(&bytes, &name) {
-            Ok((recording, _, attributes)) => (recording, attributes, false),
-            // A file that is neither a recording nor a scene is reported as a faulty recording.
-            Err(fault) => match Snapshot::parse_attributed(&bytes, &name) {
-                Ok((scene, attributes)) => (Recording::of_scene(scene), attributes, true),
-                Err(_) => return Err(TaskError::Input(fault).into()),
+    fn read(given: Given<'_>, sub_kinds: &[SubKinds]) -> Result<Self, Error> {
+        let read = |bytes: &[u8], name: &str| match Recording::parse_whole(bytes, name) {
+            Ok((recording, _, attributes)) => Ok((recording, attributes, false)),
+            Err(fault) => match Snapshot::parse_attributed(bytes, name) {
+                Ok((scene, attributes)) => Ok((Recording::of_scene(scene), attributes, true)),
+                Err(of_scene) if Kind::of(bytes).kind == Kind::Scene => Err(of_scene),
+                Err(_) => Err(fault),
             },
         };
+        let (mut recording, attributes, single) = parsed(given, Limit::RECORDING, &[], read)?;
         let left = SubKinds::apply(sub_kinds, &mut recording, &attributes);
         left.iter().take(MOST_WARNED).for_each(|left| warn(&left.to_string()));
         if left.len() > MOST_WARNED {

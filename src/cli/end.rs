@@ -1,7 +1,6 @@
 //! How a command ends: its outcome, its faults, and the exit codes.
 
 use std::fmt::Display;
-use std::io::Write;
 use std::process::ExitCode;
 
 use anyhow::Error;
@@ -12,10 +11,10 @@ use symbolt::plan::model::LearnError;
 use symbolt::plan::strips::{GroundFault, PddlFault};
 use symbolt::study::experiment::ShardError;
 use symbolt::study::standard::UnknownModel;
-use symbolt::task::TaskError;
 use symbolt::task::pddl::WriteFault;
+use symbolt::task::{InputFault, TaskError};
 
-use super::output::printable;
+use super::output::{tell, warn_of_the_rest};
 
 /// The result of a command that ran to its end.
 pub(crate) enum Outcome {
@@ -48,8 +47,9 @@ pub(crate) struct Ended {
 impl Ended {
     /// Says the sentence, if there is one, and returns the exit code.
     pub fn tell(self) -> ExitCode {
+        warn_of_the_rest();
         if let Some(sentence) = self.sentence {
-            complain(&sentence);
+            tell(&sentence);
         }
         ExitCode::from(self.code)
     }
@@ -66,12 +66,6 @@ pub(crate) fn sentence(error: &Error) -> String {
     })
 }
 
-pub(crate) fn complain(sentence: &str) {
-    let lines: Vec<_> = sentence.split('\n').map(printable).collect();
-    // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "symbolt: {}", lines.join("\n"));
-}
-
 /// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.
 pub(crate) fn code(error: &Error) -> u8 {
     if error.is::<UnknownMode>() || error.is::<UnknownModel>() || error.is::<BadArgument>() {
@@ -79,6 +73,7 @@ pub(crate) fn code(error: &Error) -> u8 {
     }
     if error.is::<SolvedFileError>()
         || error.is::<PddlFault>()
+        || error.is::<InputFault>()
         || error.is::<GroundFault>()
         || error.is::<WriteFault>()
         || error.is::<LearnError>()

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
-use symbolt::files::{Limit, read_file};
+use symbolt::files::Limit;
 use symbolt::plan::model::{LearnedAction, LearnedModel, Rule, learn};
 use symbolt::plan::strips::{Bodies, Domain, Literal, Shown, Trajectory};
 
 use super::end::{BadArgument, Outcome};
+use super::kind::{Given, Kind, parsed};
 use super::options::{Common, OutFile};
 use super::output::{Place, Progress, answer_unless_quiet, use_threads, warn};
 use super::table::counted;
@@ -43,14 +44,19 @@ pub(crate) fn learn_model(args: &LearnModelArgs) -> Result<Outcome, Error> {
         bail!(BadArgument(problem.into()));
     }
     let progress = Progress::new(&args.common);
-    let bytes = read_file(&args.domain, Limit::PDDL)?;
-    let domain = Domain::parse(&bytes, &args.domain.display().to_string(), Bodies::Skip)?;
+    let domain = Given { path: &args.domain, takes: &[Kind::PddlDomain, Kind::Pddl] };
+    let of = |path| Given { path, takes: &[Kind::Trajectory] };
+    let others: Vec<Given<'_>> = args.trajectories.iter().map(|path| of(path)).collect();
+    let domain = parsed(domain, Limit::PDDL, &others, |bytes, name| {
+        Domain::parse(bytes, name, Bodies::Skip)
+    })?;
     domain.warnings.iter().for_each(|warning| warn(warning));
     let mut trajectories = Vec::new();
     for path in &args.trajectories {
         progress.say(format!("reading {}", path.display()));
-        let bytes = read_file(path, Limit::PDDL)?;
-        trajectories.extend(Trajectory::parse(&bytes, &path.display().to_string(), &domain)?);
+        trajectories.extend(parsed(of(path), Limit::PDDL, &[], |bytes, name| {
+            Trajectory::parse(bytes, name, &domain)
+        })?);
     }
     let rule = if args.safe { Rule::Safe } else { Rule::Evidence };
     let learned = learn(&domain, &trajectories, rule)?;

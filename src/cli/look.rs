@@ -1,16 +1,21 @@
 //! A scene as a learned domain sees it: what the commands on scenes share.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Value, json};
+use symbolt::doubt::doubts;
+use symbolt::files::Limit;
+use symbolt::sim::{few, meant};
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::TargetPose;
 use symbolt::task::domain::{GoalTerm, RelationalDomain};
-use symbolt::task::{Snapshot, TaskError};
+use symbolt::task::{Recording, Snapshot};
 
 use super::domain_tables::{metres, other_goals};
 use super::end::BadArgument;
+use super::kind::{Given, Kind, parsed};
 use super::options::GroundingArgs;
 use super::output::{not_both_standard_input, warn};
 use super::table::listed;
@@ -18,8 +23,10 @@ use super::table::listed;
 /// Reads a domain and a scene, not both from standard input.
 pub(crate) fn read(domain: &Path, scene: &Path) -> Result<(RelationalDomain, Snapshot), Error> {
     not_both_standard_input(("domain", domain), ("scene", scene))?;
-    let domain = RelationalDomain::read(domain)?;
-    let (mut scene, attributes) = Snapshot::read_attributed(scene)?;
+    let domain = Given { path: domain, takes: &[Kind::Domain] };
+    let scene = Given { path: scene, takes: &[Kind::Scene] };
+    let domain = parsed(domain, Limit::DOMAIN, &[scene], RelationalDomain::parse)?;
+    let (mut scene, attributes) = parsed(scene, Limit::SCENE, &[], Snapshot::parse_attributed)?;
     domain.divide(&mut scene, &attributes).iter().for_each(|left| warn(&left.to_string()));
     Ok((domain, scene))
 }
@@ -49,9 +56,15 @@ pub(crate) fn look(
     grounding: &GroundingArgs,
     domain: &RelationalDomain,
     scene: &Snapshot,
-) -> Result<Layout, TaskError> {
+) -> Result<Layout, Error> {
+    known(domain, scene.objects.iter().map(|object| &*object.kind))?;
     let classifier = grounding.classifier(domain)?;
     let layout = classifier.classify(scene);
+    if layout.located.iter().all(|located| located.fact.is_none()) {
+        // Then a unit or an axis is probably another one.
+        let doubts = doubts(&Recording::of_scene(scene.clone()));
+        doubts.iter().for_each(|doubt| warn(&doubt.to_string()));
+    }
     for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
         let Some(fact) = located.fact else { continue };
         let Some(reference) = fact.reference else { continue };
@@ -74,8 +87,45 @@ pub(crate) fn look(
     Ok(layout)
 }
 
+/// Refuses objects if the domain knows none of their kinds, and warns of kinds that are probably misspelt.
+pub(crate) fn known<'s>(
+    domain: &RelationalDomain,
+    kinds: impl Iterator<Item = &'s str>,
+) -> Result<(), BadArgument> {
+    let of_states: BTreeSet<&str> = domain.states.iter().map(|state| &*state.kind).collect();
+    let frames = domain.states.iter().filter_map(|state| state.frame.kind());
+    let known: BTreeSet<&str> = frames.chain(of_states.iter().copied()).collect();
+    let seen: BTreeSet<&str> = kinds.collect();
+    let foreign: Vec<&str> = seen.difference(&known).copied().collect();
+    if foreign.is_empty() {
+        return Ok(());
+    }
+    let have = format!("it has states of: {}", few(&of_states));
+    if foreign.len() == seen.len() {
+        let kinds = few(&foreign);
+        return Err(BadArgument(format!(
+            "the domain knows no object of this scene: {kinds}; {have}"
+        )));
+    }
+    // What stands about needs no state, but a kind may be misspelt.
+    for kind in foreign {
+        let absent = of_states.iter().filter(|own| !seen.contains(**own)).copied();
+        let meant = meant(kind, absent);
+        if !meant.is_empty() {
+            warn(&format!("the domain knows no kind `{kind}`{meant}; {have}"));
+        }
+    }
+    Ok(())
+}
+
 /// Returns a line with the objects in no state whose kind has states; `None` if there are none.
 pub(crate) fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String> {
+    let loose = misses(domain, layout);
+    (!loose.is_empty()).then(|| listed("In no state: ", &loose))
+}
+
+/// Returns the objects in no state whose kind has states, and by how much they miss the nearest.
+pub(crate) fn misses(domain: &RelationalDomain, layout: &Layout) -> Vec<String> {
     let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
     let all = layout.objects.iter().zip(&layout.located);
     let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
@@ -86,8 +136,7 @@ pub(crate) fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String
             format!("{} (nearest {nearest}, {})", o.id, miss.offset.in_words())
         }
     });
-    let loose: Vec<String> = loose.collect();
-    (!loose.is_empty()).then(|| listed("In no state: ", &loose))
+    loose.collect()
 }
 
 /// Returns the coordinates of a target in words, in metres.

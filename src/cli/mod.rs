@@ -10,6 +10,7 @@ mod domain_tables;
 mod end;
 mod experiment;
 mod import;
+mod kind;
 mod learn;
 mod learn_model;
 mod look;
@@ -32,9 +33,11 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use symbolt::files::FileError;
 use symbolt::neurons::UnknownMode;
+use symbolt::sim::{meant, nearest_first};
 use symbolt::spa::VocabError;
 use symbolt::task::TaskError;
 
@@ -131,11 +134,8 @@ pub(crate) fn main() -> ExitCode {
             let error = with_options(error, &command);
             Ended { code: code(&error), sentence: Some(sentence(&error)) }
         }
-        Err(usage) if rank::own().is_none() => usage.exit(),
         Err(usage) if usage.use_stderr() => {
-            let text = usage.to_string();
-            let sentence = text.trim_start_matches("error: ").trim_end().to_owned();
-            Ended { code: 2, sentence: Some(sentence) }
+            Ended { code: 2, sentence: Some(of_usage(&usage, &command)) }
         }
         Err(help) => {
             if rank::leads() {
@@ -145,6 +145,38 @@ pub(crate) fn main() -> ExitCode {
             Ended { code: 0, sentence: None }
         }
     })
+}
+
+/// Returns a sentence about wrong usage.
+fn of_usage(usage: &clap::Error, command: &str) -> String {
+    let mut program = Cli::command();
+    let known = program.find_subcommand(command).is_some();
+    let help = match known {
+        true => format!("`symbolt {command} --help` lists the options"),
+        false => "`symbolt --help` describes them".into(),
+    };
+    if !known && usage.kind() == ErrorKind::InvalidSubcommand {
+        program.build();
+        let names = || program.get_subcommands().map(clap::Command::get_name);
+        let (meant, names) = (meant(command, names()), nearest_first(command, names()));
+        return format!(
+            "unrecognized command '{command}'{meant}; the commands are: {names}; {help}"
+        );
+    }
+    let text = usage.to_string();
+    let lines = text.trim_start_matches("error: ").lines().map(str::trim);
+    let own = lines.take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
+    let mut sentence = String::new();
+    // An option that does not exist is no value that begins with a dash.
+    for line in own.filter(|line| !line.is_empty() && !line.starts_with("tip: to pass")) {
+        let gap = match (sentence.is_empty(), sentence.ends_with(':'), line.starts_with('[')) {
+            (true, ..) => "",
+            (_, true, _) | (_, _, true) => " ",
+            _ => "; ",
+        };
+        sentence = sentence + gap + line;
+    }
+    format!("{sentence}; {help}")
 }
 
 /// Inserts `run` if no command is given: `symbolt --seed 3` becomes `symbolt run --seed 3`.

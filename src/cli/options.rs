@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::Error;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use symbolt::files::{Limit, read_file};
+use symbolt::files::Limit;
 use symbolt::neurons::Population;
 use symbolt::sim::Seed;
 use symbolt::spa::{Algebra, Hrr};
@@ -22,6 +22,7 @@ use symbolt::task::tasks::{self, Task};
 use symbolt::task::{Commitment, Sensing, TaskError};
 
 use super::end::BadArgument;
+use super::kind::{Given, Kind, parsed};
 use super::rank;
 
 /// Options of nearly every command.
@@ -176,25 +177,34 @@ pub(crate) struct GroundingArgs {
     /// Rule that finds an object's state: gated (the greatest density within
     /// --limit) or nearest (by p-norm, the paper's rule)
     #[arg(verbatim_doc_comment, hide_possible_values = true)]
-    #[arg(long, value_name = "RULE", default_value = "gated", value_parser = named(&RULES))]
-    pub grounding: Rule,
-    /// Maximum distance to a state, in standard deviations
-    #[arg(long, value_name = "SD", default_value_t = Classifier::LIMIT)]
-    #[arg(value_parser = number::<f64>)]
-    pub limit: f64,
+    /// [default: gated]
+    #[arg(long, value_name = "RULE", value_parser = named(&RULES))]
+    pub grounding: Option<Rule>,
+    /// Maximum distance to a state, in standard deviations [default: 5]
+    #[arg(long, value_name = "SD", value_parser = number::<f64>)]
+    pub limit: Option<f64>,
 }
 
 impl GroundingArgs {
     /// Returns the classifier of a domain.
     ///
     /// # Errors
-    /// [`TaskError::Setting`] for a limit out of range.
-    pub fn classifier(&self, domain: &RelationalDomain) -> Result<Classifier, TaskError> {
-        Classifier::new(domain).with_rule(match self.grounding {
-            Rule::Gated => ClassifierRule::Gated { limit: self.limit },
-            Rule::Nearest => ClassifierRule::paper(),
-        })
+    /// [`BadArgument`] for a limit that the rule does not have; [`TaskError::Setting`] for a limit out of range.
+    pub fn classifier(&self, domain: &RelationalDomain) -> Result<Classifier, Error> {
+        let rule = match (self.grounding.unwrap_or(Rule::Gated), self.limit) {
+            (Rule::Gated, limit) => {
+                ClassifierRule::Gated { limit: limit.unwrap_or(Classifier::LIMIT) }
+            }
+            (Rule::Nearest, None) => ClassifierRule::paper(),
+            (Rule::Nearest, Some(_)) => return Err(unused("--limit", "--grounding gated").into()),
+        };
+        Ok(Classifier::new(domain).with_rule(rule)?)
     }
+}
+
+/// Refuses an option that would have no effect.
+pub(crate) fn unused(option: &str, needs: &str) -> BadArgument {
+    BadArgument(format!("{option} has an effect with {needs} only; leave it out"))
 }
 
 /// The parts that can go into the jig first, by name.
@@ -220,13 +230,13 @@ impl TaskArgs {
     }
 
     /// Returns the task with its default settings.
-    pub fn task(&self) -> Result<Arc<dyn Task>, TaskError> {
+    pub fn task(&self) -> Result<Arc<dyn Task>, Error> {
         match (&self.task_file, &self.task) {
             (Some(path), _) => {
-                let text = read_file(path, Limit::SETTINGS)?;
-                Ok(Arc::new(DataTask::parse(&text, &path.display().to_string())?))
+                let file = Given { path, takes: &[Kind::Task] };
+                Ok(Arc::new(parsed(file, Limit::SETTINGS, &[], DataTask::parse)?))
             }
-            (None, Some(name)) => tasks::by_name(name),
+            (None, Some(name)) => Ok(tasks::by_name(name)?),
             (None, None) => Ok(tasks::default()),
         }
     }
@@ -291,10 +301,16 @@ impl DemoArgs {
     /// # Errors
     /// [`BadArgument`] if a number is given and the task has no nuts and bolts.
     pub fn with_parts(&self, parts: [(&str, Option<usize>); 2]) -> Result<Arc<dyn Task>, Error> {
+        let takes: &[Kind] = match self.task.has_nuts() {
+            true => &[Kind::Settings],
+            false => &[Kind::Settings, Kind::Task],
+        };
+        let settings = self.config.as_deref().map(|path| Given { path, takes });
         if self.task.has_nuts() {
-            let config = self.config.as_deref();
-            let mut spec =
-                config.map_or_else(|| Ok(NutsAndBolts::default()), NutsAndBolts::read)?;
+            let mut spec = match settings {
+                Some(settings) => parsed(settings, Limit::SETTINGS, &[], NutsAndBolts::parse)?,
+                None => NutsAndBolts::default(),
+            };
             let [(_, nuts), (_, bolts)] = parts;
             spec.nuts = nuts.unwrap_or(spec.nuts);
             spec.bolts = bolts.unwrap_or(spec.bolts);
@@ -309,11 +325,11 @@ impl DemoArgs {
             );
             return Err(BadArgument(problem).into());
         }
-        Ok(match &self.config {
+        Ok(match settings {
             None => task,
-            Some(path) => {
-                task.with_settings(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())?
-            }
+            Some(settings) => parsed(settings, Limit::SETTINGS, &[], |bytes, name| {
+                task.with_settings(bytes, name)
+            })?,
         })
     }
 }
@@ -400,19 +416,37 @@ pub(crate) struct SyntheticArgs {
     #[arg(long, default_value = "either", requires = "kinematic", value_parser = named(&ORDERS))]
     pub order: Order,
     /// Probability that an attempt fails, 0 to 0.9
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(
+        long,
+        value_name = "RATE",
+        default_value_t = 0.0,
+        requires = "kinematic",
+        conflicts_with = "scene"
+    )]
     #[arg(value_parser = number::<f64>)]
     pub fail_rate: f64,
     /// Probability that a failed attempt loses its part, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(
+        long,
+        value_name = "RATE",
+        default_value_t = 0.0,
+        requires = "kinematic",
+        conflicts_with = "scene"
+    )]
     #[arg(value_parser = number::<f64>)]
     pub loss_rate: f64,
     /// Probability that an attempt moves another part, 0 to 1
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, requires = "kinematic")]
+    #[arg(
+        long,
+        value_name = "RATE",
+        default_value_t = 0.0,
+        requires = "kinematic",
+        conflicts_with = "scene"
+    )]
     #[arg(value_parser = number::<f64>)]
     pub knock_rate: f64,
     /// Leave out times, events and touched objects
-    #[arg(long, requires = "kinematic")]
+    #[arg(long, requires = "kinematic", conflicts_with = "scene")]
     pub no_events: bool,
 }
 

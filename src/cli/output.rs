@@ -1,9 +1,9 @@
 //! Results to standard output, progress to standard error, and the checks that all commands share.
 
-use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
@@ -11,13 +11,14 @@ use anyhow::{Context, Error};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value};
 use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
+use symbolt::sim::plain;
 
 use super::end::{BadArgument, Outcome};
 use super::options::{Common, OutFile};
 use super::rank::{leads, own};
 use super::table::counted;
 
-/// Writes a result to standard output, and ends its last line. Of several processes that share a command only the first
+/// Writes a result to standard output, and ends its last line if there is one. Of several processes that share a command only the first
 /// writes.
 pub(crate) fn emit(result: impl Display) -> Result<(), Error> {
     if !leads() {
@@ -27,7 +28,7 @@ pub(crate) fn emit(result: impl Display) -> Result<(), Error> {
         let out = BufWriter::with_capacity(1 << 16, std::io::stdout().lock());
         let mut out = Lines { out, last: None };
         write!(out, "{result}")?;
-        if out.last != Some(b'\n') {
+        if out.last.is_some_and(|last| last != b'\n') {
             out.write_all(b"\n")?;
         }
         out.flush()
@@ -190,7 +191,7 @@ impl Progress {
 
     /// Prints a step: as a line of its own, or in the spinner's line on a terminal.
     pub fn say(&self, what: impl Into<String>) {
-        let what = printable(&what.into()).into_owned();
+        let what = plain(&what.into()).into_owned();
         if self.lines {
             let _ = writeln!(std::io::stderr(), "{what}");
         }
@@ -204,18 +205,54 @@ impl Drop for Progress {
     }
 }
 
-/// Prints a warning to standard error, even with `--quiet`.
+/// Greatest number of warnings of a command.
+const MOST_WARNINGS: usize = 5;
+
+static WARNINGS: AtomicUsize = AtomicUsize::new(0);
+
+/// Prints a warning to standard error, even with `--quiet`. The first warnings are printed, the others counted.
 pub(crate) fn warn(sentence: &str) {
-    let _ = writeln!(std::io::stderr(), "symbolt: warning: {}", printable(sentence));
+    if WARNINGS.fetch_add(1, Ordering::Relaxed) < MOST_WARNINGS {
+        tell(&format!("warning: {sentence}"));
+    }
 }
 
-/// Escapes control characters, which terminals obey. Ids and kinds come from files.
-pub(crate) fn printable(text: &str) -> Cow<'_, str> {
-    if !text.contains(char::is_control) {
-        return text.into();
+/// Says how many warnings were not printed.
+pub(crate) fn warn_of_the_rest() {
+    let rest = WARNINGS.load(Ordering::Relaxed).saturating_sub(MOST_WARNINGS);
+    if rest > 0 {
+        tell(&format!("warning: and {}", counted(rest, "more warning")));
     }
-    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
-    text.chars().map(escape).collect::<String>().into()
+}
+
+/// Greatest number of lines and of characters of a message.
+const LONGEST: [usize; 2] = [10, 1_000];
+
+/// What every message begins with. A terminal shows it in colour, unless `NO_COLOR` is set.
+const PREFIX: &str = "symbolt: ";
+
+/// Prints a message to standard error. All errors and warnings come here: they have one prefix, their control characters,
+/// which may come from files, are escaped, and what is too long is cut.
+pub(crate) fn tell(message: &str) {
+    let mut text = PREFIX.to_owned();
+    for (index, line) in message.trim_end().lines().enumerate() {
+        if index == LONGEST[0] - 1 && message.trim_end().lines().nth(LONGEST[0]).is_some() {
+            text += "\n...";
+            break;
+        }
+        text += if index > 0 { "\n" } else { "" };
+        text += &plain(line);
+    }
+    if let Some((at, _)) = text.char_indices().nth(LONGEST[1] - 1) {
+        let at = text.char_indices().nth(LONGEST[1] - 5).map_or(at, |(at, _)| at);
+        text.truncate(at);
+        text += "...";
+    }
+    let (name, rest) = text.split_at(PREFIX.len() - 1);
+    let name = console::style(name).for_stderr().bold();
+    let name = if rest.starts_with(" warning: ") { name.yellow() } else { name.red() };
+    // If standard error is closed, the message is lost.
+    let _ = writeln!(std::io::stderr(), "{name}{rest}");
 }
 
 /// Sets the number of worker threads.

@@ -86,7 +86,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     }));
     let Ended { code, sentence } = main();
     let failure = sentence.map(|sentence| Failure { code, sentence });
-    ExitCode::from(session.end(failure, super::end::complain))
+    ExitCode::from(session.end(failure, super::output::tell))
 }
 
 /// Runs `main` and returns its exit code. Without the feature `mpi` processes share nothing.

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::json;
-use symbolt::files::Overwrite;
+use symbolt::files::{Limit, Overwrite};
 use symbolt::task::domain::RelationalDomain;
 
 use super::domain_tables::domain_tables;
 use super::end::{BadArgument, Outcome};
+use super::kind::{Given, Kind, parsed};
 use super::options::Common;
 use super::output::{Place, answer_unless_quiet};
 
@@ -45,7 +46,8 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
         };
         renames.push((old.to_owned(), new.to_owned()));
     }
-    let domain = RelationalDomain::read(&args.domain)?.rename(&renames)?;
+    let domain = Given { path: &args.domain, takes: &[Kind::Domain] };
+    let domain = parsed(domain, Limit::DOMAIN, &[], RelationalDomain::parse)?.rename(&renames)?;
     out.write(&domain.to_json()?)?;
     // With the domain file, standard output holds nothing else.
     if !matches!(out, Place::Stdout) {

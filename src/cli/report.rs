@@ -9,6 +9,7 @@ use symbolt::files::{FileError, Overwrite, ResultFolder, check_output, read_begi
 use symbolt::report::{TITLE, report};
 
 use super::end::{BadArgument, Outcome};
+use super::kind::{Kind, beginning};
 use super::options::{Common, OutFile};
 use super::output::{Place, answer, warn, warn_of};
 
@@ -26,6 +27,11 @@ pub(crate) struct ReportArgs {
 pub(crate) const NAME: &str = "report.html";
 
 pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
+    if let Some(start) = beginning(&args.folder) {
+        let (file, kind) = (args.folder.display(), Kind::of(&start).kind.name());
+        let expected = "expected the folder of a run, of an experiment or of several experiments";
+        bail!(BadArgument(format!("{file} is {kind}; {expected}")));
+    }
     let (out, _held) = place(args)?;
     let report = report(&args.folder)?;
     out.write(&report.html)?;

@@ -1,11 +1,33 @@
-//! Tables and lists at most 80 columns wide, broken between words only.
+//! Tables and lists as wide as the terminal, broken between words only.
 
 use std::fmt::{self, Write as _};
+use std::sync::OnceLock;
 
-use super::output::printable;
+use console::Term;
+use symbolt::sim::plain;
 
-/// Number of columns that every terminal has.
-const WIDTH: usize = 80;
+/// Number of columns where there is no terminal, which every terminal has.
+const USUAL: usize = 80;
+
+/// Least and greatest number of columns of a table.
+const COLUMNS: [usize; 2] = [40, 160];
+
+/// Greatest number of columns of a paragraph: longer lines are hard to read.
+const PROSE: usize = 100;
+
+/// Returns the number of columns of a table: those of the terminal, or what the variable `COLUMNS` says.
+fn columns() -> usize {
+    static WIDTH: OnceLock<usize> = OnceLock::new();
+    *WIDTH.get_or_init(|| {
+        if cfg!(test) {
+            return USUAL;
+        }
+        let given = std::env::var("COLUMNS").ok().and_then(|text| text.trim().parse().ok());
+        let terminal = || Some(usize::from(Term::stdout().size_checked()?.1));
+        let [least, most] = COLUMNS;
+        given.filter(|given| *given > 0).or_else(terminal).unwrap_or(USUAL).clamp(least, most)
+    })
+}
 
 /// Maximum number of rows that are listed cell by cell if they are too wide for a table.
 const LISTED: usize = 12;
@@ -15,10 +37,10 @@ pub(crate) fn unbroken(text: &str) -> String {
     text.replace(' ', "\u{a0}")
 }
 
-/// Breaks a text into lines of at most 80 columns. All lines but the first are indented.
+/// Breaks a text into lines. All lines but the first are indented.
 pub(crate) fn wrapped(text: &str, indent: usize) -> String {
-    let lines = lines(text, WIDTH.saturating_sub(indent));
-    let lines: Vec<_> = lines.iter().map(|line| printable(line)).collect();
+    let lines = lines(text, columns().min(PROSE).saturating_sub(indent));
+    let lines: Vec<_> = lines.iter().map(|line| plain(line)).collect();
     shown(&lines.join(&format!("\n{:indent$}", "")))
 }
 
@@ -29,7 +51,9 @@ pub(crate) fn counted(number: usize, what: &str) -> String {
 
 /// Lists names after a title, broken between names.
 pub(crate) fn listed(title: &str, names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| unbroken(name)).collect();
+    let room = columns().min(PROSE).saturating_sub(length(title) + 1);
+    let whole = |name: &String| if length(name) > room { name.clone() } else { unbroken(name) };
+    let names: Vec<String> = names.iter().map(whole).collect();
     wrapped(&(unbroken(title) + &names.join(", ")), title.len())
 }
 
@@ -92,7 +116,7 @@ impl Grid {
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         let mut cells = cells.into_iter();
         for column in &mut self.columns {
-            column.push(&printable(&cells.next().unwrap_or_default()));
+            column.push(&plain(&cells.next().unwrap_or_default()));
         }
     }
 
@@ -112,7 +136,7 @@ impl Grid {
     /// Returns whether no cell has to be broken.
     pub fn fits(&self) -> bool {
         let widths = self.columns.iter().map(|c| c.widest(length, length));
-        widths.sum::<usize>() + frame(self.columns.len()) <= WIDTH
+        widths.sum::<usize>() + frame(self.columns.len()) <= columns()
     }
 
     /// Returns the columns' widths, or `None` if the longest words alone are too wide for one line.
@@ -128,13 +152,13 @@ impl Grid {
 
     /// Widens the columns from their least widths until the line is full or no cell needs to be broken.
     fn spread(&self, mut widths: Vec<usize>) -> Option<Vec<usize>> {
-        let room = WIDTH.checked_sub(frame(widths.len()))?;
+        let room = columns().checked_sub(frame(widths.len()))?;
         let mut spare = room.checked_sub(widths.iter().sum())?;
         let wanted: Vec<usize> = self.columns.iter().map(|c| c.widest(length, length)).collect();
         // The column with the most lines gets the next character.
         while spare > 0 {
             let short = (0..widths.len()).filter(|c| widths[*c] < wanted[*c]);
-            let lines = |column: &usize| wanted[*column] * WIDTH / widths[*column].max(1);
+            let lines = |column: &usize| wanted[*column] * USUAL / widths[*column].max(1);
             let Some(column) = short.max_by_key(lines) else { break };
             widths[column] += 1;
             spare -= 1;
@@ -150,12 +174,14 @@ impl Grid {
         let mut parts = vec![Self { columns: vec![rows.clone()] }];
         let mut used = number;
         for column in &self.columns {
-            let width = column.widest(longest_word, length).min(WIDTH - frame(2) - number);
+            let width = column
+                .widest(longest_word, length)
+                .min(columns().saturating_sub(frame(2) + number));
             if column.widest(longest_word, longest_word) > width {
                 return None;
             }
             let part = parts.last_mut()?;
-            if used + width + frame(part.columns.len() + 1) > WIDTH {
+            if used + width + frame(part.columns.len() + 1) > columns() {
                 parts.push(Self { columns: vec![rows.clone(), column.clone()] });
                 used = number;
             } else {
@@ -187,16 +213,16 @@ impl Grid {
         Ok(())
     }
 
-    /// Writes one line per cell: the heading and the value.
+    /// Writes one line per cell: the heading and the value. A dash begins a row.
     fn write_list(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.columns.iter().map(|column| length(&column.head)).max().unwrap_or(0);
         for row in 0..self.rows() {
-            if row > 0 {
-                writeln!(f)?;
-            }
-            for column in &self.columns {
-                let line = unbroken(&format!("{:<width$}: ", column.head)) + column.cell(row);
-                writeln!(f, "{}", wrapped(&line, width + 2))?;
+            for (number, column) in self.columns.iter().enumerate() {
+                let dash = if number == 0 { "-" } else { " " };
+                let line = format!("{dash} {:<width$}: ", column.head);
+                // Blanks at the beginning of a line count.
+                let line = unbroken(&line) + column.cell(row);
+                writeln!(f, "{}", wrapped(&line, width + 4))?;
             }
         }
         Ok(())
@@ -302,7 +328,8 @@ mod tests {
     fn a_table_that_fits_no_line_becomes_a_list() {
         let name = "A_NAME_OF_MORE_THAN_FORTY_CHARACTERS_IN_ALL";
         let text = table(&["action", "effects"], &[&[name, name], &[name, "B"]]);
-        let expected = format!("action : {name}\neffects: {name}\n\naction : {name}\neffects: B\n");
+        let expected =
+            format!("- action : {name}\n  effects: {name}\n- action : {name}\n  effects: B\n");
         assert_eq!(text, expected);
     }
 
@@ -323,7 +350,7 @@ mod tests {
         }
         // With a word that fits nowhere it is a list.
         grid.row(["A".repeat(90)]);
-        assert!(grid.to_string().starts_with("NUMBER_OF_COLUMN_0: 0\n"));
+        assert!(grid.to_string().starts_with("- NUMBER_OF_COLUMN_0: 0\n"));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::layers::Populated;
 use super::models::NeuronModel;
 use super::solve::{Points, Special, rates};
 use super::tuning::TuningError;
-use crate::sim::Graph;
+use crate::sim::{Graph, nearest_first};
 
 /// What the ensembles of a bank were made from. Neurons and points are drawn again when they are asked for.
 pub(crate) struct Origin {
@@ -34,7 +34,7 @@ impl fmt::Debug for Origin {
 #[non_exhaustive]
 pub enum ReadBackError {
     /// There is no such layer in neurons, or several below the path.
-    #[error("there is no single layer of neurons at `{asked}`; the layers of neurons are: {}", choices.join(", "))]
+    #[error("there is no single layer of neurons at `{asked}`; the layers of neurons are: {}", nearest_first(asked, choices.iter().map(String::as_str)))]
     Layer {
         /// Path that was given.
         asked: String,
@@ -50,7 +50,7 @@ pub enum ReadBackError {
         count: usize,
     },
     /// The ensemble has no such function.
-    #[error("no function `{asked}` is decoded; the functions are: {}", choices.join(", "))]
+    #[error("no function `{asked}` is decoded; the functions are: {}", nearest_first(asked, choices.iter().map(String::as_str)))]
     Function {
         /// Name that was given.
         asked: String,

@@ -10,7 +10,7 @@ use super::models::{Lif, LifRate, NeuronModel};
 use super::pattern::PathPattern;
 use super::solved::SolvedModel;
 use super::tuning::Tuning;
-use crate::sim::{Fingerprint, Ranks};
+use crate::sim::{Fingerprint, Ranks, few};
 
 /// Leaky integrate-and-fire neurons and their tuning, spiking ([`Population::Lif`]) or by their rates
 /// ([`Population::Rate`]).
@@ -134,7 +134,7 @@ impl Population {
 
 /// The error for a mode that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no mode `{asked}`; the modes are: {}", Population::names().collect::<Vec<_>>().join(", "))]
+#[error("there is no mode `{asked}`; the modes are: {}", few(Population::names()))]
 pub struct UnknownMode {
     /// Name that was given.
     pub asked: String,

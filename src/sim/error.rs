@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::time::ConfigError;
+use super::words::few;
 
 /// One fault in the description of a graph. [`BuildErrors`] collects all of them.
 ///
@@ -156,7 +157,7 @@ pub enum BuildError {
     Unfed {
         /// The input.
         port: String,
-        /// Outputs of the same kind, width and space.
+        /// Up to ten outputs of the same kind, width and space.
         outputs: Vec<String>,
     },
     /// A connection without a synapse from an output that requires one.
@@ -255,33 +256,46 @@ fn offered(choices: &[String]) -> String {
     if choices.is_empty() { String::new() } else { format!("; valid choices: {}", list(choices)) }
 }
 
-/// Names joined for a message. A list of more than 12 names is cut and ends with the number of names left out.
+/// Names joined for a message.
 fn list(items: &[String]) -> String {
-    const MAX_SHOWN: usize = 12;
-    if items.is_empty() {
-        return "none".into();
-    }
-    let shown =
-        items.iter().take(MAX_SHOWN).map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
-    if items.len() > MAX_SHOWN {
-        format!("{shown} and {} more", items.len() - MAX_SHOWN)
-    } else {
-        shown
-    }
+    if items.is_empty() { "none".into() } else { few(items.iter().map(|name| format!("`{name}`"))) }
 }
 
-/// All faults of one description.
-#[derive(Debug, Clone, PartialEq)]
+/// All faults of one description. A message has the first of them, and how many more there are; with `{:#}` it has all.
+#[derive(Clone, PartialEq)]
 pub struct BuildErrors(pub Vec<BuildError>);
+
+/// Greatest number of faults in a message, and of characters of a fault and of all of them.
+const SHOWN: [usize; 3] = [8, 600, 800];
 
 impl fmt::Display for BuildErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let plural = if self.0.len() == 1 { "fault" } else { "faults" };
         write!(f, "the graph has {} {plural}:", self.0.len())?;
-        for fault in &self.0 {
-            write!(f, "\n  - {fault}")?;
+        let mut length = 0;
+        for (index, fault) in self.0.iter().enumerate() {
+            let fault = fault.to_string();
+            length += fault.len().min(SHOWN[1]);
+            if f.alternate() {
+                write!(f, "\n  - {fault}")?;
+                continue;
+            }
+            if index > 0 && (index == SHOWN[0] || length > SHOWN[2]) {
+                return write!(f, "\n  and {} more", self.0.len() - index);
+            }
+            match fault.char_indices().nth(SHOWN[1]) {
+                Some((at, _)) => write!(f, "\n  - {}...", &fault[..at])?,
+                None => write!(f, "\n  - {fault}")?,
+            }
         }
         Ok(())
+    }
+}
+
+/// As the message: a thousand faults help nobody who unwraps a result.
+impl fmt::Debug for BuildErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -100,6 +100,7 @@
 //! synapse share one filter. No tick allocates memory.
 
 mod build;
+
 mod describe;
 mod error;
 mod live;
@@ -110,6 +111,7 @@ mod run;
 mod seed;
 mod time;
 mod unoptimised;
+mod words;
 
 pub use build::graph::{EventSource, Graph, OutputRef};
 pub use describe::builder::{GraphBuilder, Module, Scope};
@@ -158,3 +160,5 @@ pub use seed::Seed;
 pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word, mix64};
 pub use time::{ConfigError, SimDuration, Timebase};
 pub(crate) use unoptimised::warn as warn_if_unoptimised;
+pub use words::{few, is_plain, meant, nearest_first, plain};
+pub(crate) use words::{nearest_name, question};

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::sim::{nearest_first, question};
+
 /// An error in making or using a vocabulary, expression or memory.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -80,7 +82,7 @@ pub enum VocabError {
         nearest: String,
     },
     /// A name that the vocabulary does not have.
-    #[error("the vocabulary `{vocabulary}` has no `{name}`{}; it has: {}", near(.nearest), .choices.join(", "))]
+    #[error("the vocabulary `{vocabulary}` has no `{name}`{}; it has: {}", question(.nearest.as_deref()), nearest_first(.name, .choices.iter().map(String::as_str)))]
     Unknown {
         /// Name of the vocabulary.
         vocabulary: String,
@@ -147,45 +149,4 @@ fn around(text: &str, at: usize) -> String {
     let [left, right] = [before, after].map(|cut| if cut { "..." } else { "" });
     let mark = at - first + left.len();
     format!("  {left}{shown}{right}\n  {:>width$}", "^", width = mark + 1)
-}
-
-fn near(nearest: &Option<String>) -> String {
-    nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
-}
-
-/// Length up to which names are compared, in bytes.
-const LONGEST: usize = 200;
-
-/// Returns the name in `choices` that differs from `name` by the fewest edits. Returns `None` if that many edits are
-/// unlikely to be a typing error.
-pub(crate) fn nearest_name<'a>(
-    name: &str,
-    choices: impl Iterator<Item = &'a str>,
-) -> Option<String> {
-    // The number of steps is the product of the lengths.
-    if name.len() > LONGEST {
-        return None;
-    }
-    choices
-        .filter(|choice| choice.len() <= LONGEST)
-        .map(|choice| (edits(name, choice), choice))
-        .min_by_key(|(distance, _)| *distance)
-        .filter(|(distance, _)| *distance <= 2.max(name.chars().count() / 4))
-        .map(|(_, choice)| choice.to_owned())
-}
-
-/// Returns the Levenshtein distance.
-fn edits(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let cost = corner + usize::from(x != *y);
-            corner = row[j + 1];
-            row[j + 1] = cost.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -112,7 +112,6 @@ pub use algebra::{
 };
 pub use capacity::Capacity;
 pub use error::VocabError;
-pub(crate) use error::nearest_name;
 pub use factored::FactoredItems;
 pub use flow::{Flow, FlowExt, IntoFlow, Route, Routes, Rule, Rules, RulesPorts};
 pub(crate) use item_memory::dots;

@@ -9,7 +9,7 @@ use crate::files::FileError;
 use crate::neurons::SolvedFileError;
 use crate::plan::goal_sets::GoalSetError;
 use crate::robot::RobotError;
-use crate::sim::{BuildErrors, LiveError, SimError};
+use crate::sim::{BuildErrors, LiveError, SimError, meant, nearest_first, question};
 use crate::spa::VocabError;
 
 /// A fault in an input file: where it is, what was found and what was expected.
@@ -28,18 +28,36 @@ pub struct InputFault {
     pub expected: String,
 }
 
-/// Returns serde's message without its line and column, which [`InputFault`] reports separately.
+/// Number of names that serde may list.
+const FEW: usize = 10;
+
+/// Returns serde's message without its line and column, which [`InputFault`] reports separately. Of many names it lists
+/// the nearest.
 pub(super) fn json_problem(error: &serde_json::Error) -> String {
     let mut text = error.to_string();
     if let Some(at) = text.rfind(" at line ") {
         text.truncate(at);
+    }
+    // As in "unknown field `part`, expected one of `parts`, `place`" or "expected `parts` or `place`".
+    let unknown = text.starts_with("unknown ").then(|| text.rsplit_once("`, expected ")).flatten();
+    if let Some((found, names)) = unknown
+        && let Some((_, written)) = found.split_once('`')
+    {
+        let names: Vec<&str> = names.split('`').skip(1).step_by(2).collect();
+        let question = meant(written, names.iter().copied());
+        if names.len() > FEW {
+            let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+            let names = nearest_first(&format!("`{written}`"), quoted.iter().map(String::as_str));
+            text = format!("{found}`, expected one of {names}");
+        }
+        text += &question;
     }
     text
 }
 
 /// Cuts off the end of a text that quotes thousands of characters of a file.
 fn short(text: &str) -> Cow<'_, str> {
-    const LONGEST: usize = 4000;
+    const LONGEST: usize = 400;
     match text.char_indices().nth(LONGEST) {
         Some((at, _)) => format!("{}...", &text[..at]).into(),
         None => text.into(),
@@ -128,7 +146,7 @@ pub enum TaskError {
         most: usize,
     },
     /// The domain has no state or action with this name.
-    #[error("the domain has no {what} `{name}`{}; it has: {}", near(.nearest), .choices.join(", "))]
+    #[error("the domain has no {what} `{name}`{}; it has: {}", question(.nearest.as_deref()), nearest_first(.name, .choices.iter().map(String::as_str)))]
     Unknown {
         /// What was looked up: `state`, `action` or `state or action`.
         what: &'static str,
@@ -169,7 +187,10 @@ pub enum TaskError {
     #[error(transparent)]
     Build(#[from] BuildErrors),
     /// There is no experiment with this name.
-    #[error("there is no experiment `{name}`; the experiments are: {}", .choices.join(", "))]
+    #[error(
+        "there is no experiment `{name}`{}; the experiments are: {}; `symbolt experiment` describes them",
+        meant(.name, .choices.iter().map(String::as_str)), nearest_first(.name, .choices.iter().map(String::as_str))
+    )]
     UnknownExperiment {
         /// The name given.
         name: String,
@@ -187,7 +208,10 @@ pub enum TaskError {
         expected: String,
     },
     /// There is no task with this name.
-    #[error("there is no task `{name}`; the tasks are: {}", described(.choices))]
+    #[error(
+        "there is no task `{name}`{}; the tasks are: {}; `--task` without a name describes them",
+        meant(.name, .choices.iter().map(|task| &*task.0)), nearest_first(.name, .choices.iter().map(|task| &*task.0))
+    )]
     UnknownTask {
         /// The name given.
         name: String,
@@ -238,16 +262,6 @@ impl From<RobotError> for TaskError {
             }
         }
     }
-}
-
-fn near(nearest: &Option<String>) -> String {
-    nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
-}
-
-fn described(choices: &[(String, String)]) -> String {
-    let choices: Vec<String> =
-        choices.iter().map(|(name, what)| format!("{name} ({what})")).collect();
-    choices.join(", ")
 }
 
 impl From<LiveError> for TaskError {

@@ -616,7 +616,10 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["learn", "missing.jsonl", "--out", "x.json"], "missing.jsonl"),
         (&["learn", "cut.jsonl", "--out", "x.json"], "cut.jsonl, line 24"),
         (&["learn", "bytes.jsonl", "--out", "x.json"], "not UTF-8"),
-        (&["learn", "scene.json", "--out", "x.json"], "field `demo`"),
+        (
+            &["learn", "scene.json", "--out", "x.json"],
+            "scene.json is a scene; expected a recording",
+        ),
         (
             &["learn", "demos.jsonl", "--p", "0", "--out", "x.json"],
             "--p 0: must be a finite number",
@@ -627,7 +630,10 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         ),
         (&["learn", "demos.jsonl", "--out", "domain.json"], "exists already"),
         (&["plan", "old.json", "--scene", "scene.json"], "it is 7"),
-        (&["plan", "domain.json", "--scene", "demos.jsonl"], "more than one snapshot"),
+        (
+            &["plan", "domain.json", "--scene", "demos.jsonl"],
+            "demos.jsonl is a recording; expected a scene",
+        ),
         (
             &["plan", "domain.json", "--scene", "scene.json", "--goal", "NUT"],
             "it has: BOLT_AT_START",
@@ -680,7 +686,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         (&["experiment", "table-5"], "there is no experiment `table-5`"),
         (&["experiment", "table-4", "--shard", "3/2"], "--shard 3/2: must be I/N"),
         (&["experiment", "table-4", "--trials", "0"], "--trials 0: must be 1 to 100000"),
-        (&["bench", "bind", "--load", "domain.json"], "symbolt-solved"),
+        (&["bench", "bind", "--load", "domain.json"], "expected a model of solved populations"),
         (&["bench", "bind", "--mode", "direct", "--save", "new"], "direct mode has no neurons"),
         (&["bench", "select", "--save", "domain.json"], "exists already"),
         (
@@ -689,7 +695,10 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
         ),
         (&["learn", "demos.jsonl", "--method", "guess"], "invalid value 'guess'"),
         (&["actions", "-", "--scene", "-"], "cannot both come from standard input"),
-        (&["actions", "domain.json", "--scene", "demos.jsonl"], "more than one snapshot"),
+        (
+            &["actions", "domain.json", "--scene", "demos.jsonl"],
+            "demos.jsonl is a recording; expected a scene",
+        ),
         (&["actions", "old.json", "--scene", "scene.json"], "it is 7; expected 1 to 3"),
         (&["run", "--task", "teapot"], "there is no task `teapot`; the tasks are: nuts-and-bolts"),
         (&["config", "--task", "teapot"], "there is no task `teapot`"),

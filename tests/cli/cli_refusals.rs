@@ -62,9 +62,8 @@ fn refused(here: &Path, args: &[&str], code: i32, part: &str) {
     assert_eq!(ran.code, Some(code), "{args:?}: {}{}", ran.out, ran.err);
     assert!(ran.err.contains(part), "{args:?}: {part} in {}", ran.err);
     assert_eq!(ran.out, "", "{args:?}");
-    let usage = ran.err.starts_with("error: ");
     let sentence = ran.err.starts_with("symbolt: ") && ran.err.lines().count() == 1;
-    assert!(usage || sentence, "{args:?}: {}", ran.err);
+    assert!(sentence, "{args:?}: {}", ran.err);
     assert_eq!(tree(here), before, "{args:?}");
 }
 

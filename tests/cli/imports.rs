@@ -95,12 +95,12 @@ fn a_dry_run_prints_a_mapping_that_reads_the_same() {
 }
 
 #[test]
-fn a_name_with_escape_codes_does_not_reach_the_terminal() {
+fn a_name_with_escape_codes_is_refused_and_does_not_reach_the_terminal() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("a.csv"), log("cup\u{1b}[31m_1")).expect("written");
     let (code, out, err) = run(folder.path(), &["import", "a.csv"]);
-    assert_eq!(code, 0, "{err}");
-    assert!(out.contains("cup") && !out.contains('\u{1b}') && !err.contains('\u{1b}'), "{out:?}");
+    assert_eq!((code, &*out), (2, ""), "{err}");
+    assert!(err.contains("`cup\\u{1b}[31m_1` has a control character"), "{err:?}");
 }
 
 #[test]

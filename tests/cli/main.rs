@@ -9,6 +9,8 @@
 mod bags;
 #[path = "../support/beside.rs"]
 mod beside;
+#[path = "../support/mutate.rs"]
+mod mutate;
 #[path = "../support/propositional.rs"]
 mod propositional;
 #[path = "../support/run.rs"]
@@ -20,6 +22,7 @@ mod cli_refusals;
 mod experiments;
 mod imports;
 mod interventions;
+mod messages;
 mod plan_pddl;
 mod relational_cli;
 mod report;

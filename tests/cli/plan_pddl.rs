@@ -24,7 +24,7 @@ fn a_refused_file_is_one_json_object_and_one_sentence() {
             "move.pddl is a domain; name a problem in PDDL, or a scene with --scene FILE",
         ),
         (&["move_one.pddl"], "move_one.pddl is a problem in PDDL; name its domain before it"),
-        (&["../domain_v1.json", "move_one.pddl"], "this seems to be JSON and is no domain"),
+        (&["../domain_v1.json", "move_one.pddl"], "is a learned domain; expected a domain in PDDL"),
         (&["move.pddl", "nowhere.pddl"], "cannot read nowhere.pddl"),
         (&["move.pddl", "move_one.pddl", "--limit", "3"], "--limit is for a scene; leave it out"),
         (&["move.pddl", "move_one.pddl", "--goal", "X"], "--goal is for a scene"),

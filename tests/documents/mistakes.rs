@@ -57,7 +57,8 @@ fn the_builder_finds_all_mistakes_at_once_and_names_the_choices() {
     let pattern: PathPattern = "sean/**".parse().unwrap();
     let plan = PopulationPlan::direct().with(pattern, Population::Rate(LifSpec::default()));
 
-    let faults = graph.start(&plan, Seed::new(1)).map(|_| ()).expect_err("many faults").to_string();
+    let faults = graph.start(&plan, Seed::new(1)).map(|_| ()).expect_err("many faults");
+    let faults = format!("{faults:#}");
     println!("{faults}");
     let page = include_str!("../../docs/mistakes.md");
     let (_, shown) = page.split_once("```text\n").expect("a block");

@@ -198,6 +198,27 @@ fn an_input_without_a_connection_is_named_as_in_the_port_struct() {
 }
 
 #[test]
+fn three_thousand_unconnected_modules_are_refused_at_once_in_ten_lines() {
+    let mut graph = GraphBuilder::new();
+    for number in 0..3_000 {
+        graph.add(&format!("module_{number}"), Add::vector(2));
+    }
+    let began = std::time::Instant::now();
+    let time = Timebase::default();
+    let errors = graph.build(time, &PopulationPlan::direct(), Seed::new(1)).expect_err("no inputs");
+    assert!(began.elapsed().as_secs_f64() < 5.0, "{:?}", began.elapsed());
+    assert_eq!(errors.0.len(), 3_000);
+    for message in [errors.to_string(), format!("{errors:?}")] {
+        assert!(
+            message.starts_with("the graph has 3000 faults:\n  - the input `module_0."),
+            "{message}"
+        );
+        assert!(message.lines().count() <= 10 && message.len() <= 1_000, "{message}");
+        assert!(message.ends_with(" more"), "{message}");
+    }
+}
+
+#[test]
 fn every_module_names_its_inputs_as_in_its_port_struct() {
     let parts = parts(1);
     let winner = SelectRule::WinnerTakeAll { level: 0.3 };

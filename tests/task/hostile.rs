@@ -182,7 +182,7 @@ fn pddl_of_very_many_parts_is_read_or_refused_at_once() {
         (0..count).map(|i| format!("(:derived (d{i}) (d{}))", i + 1)).collect::<String>()
     };
     // The last predicate is no derived one.
-    assert!(said(parse(&rules(1000))).contains("expected one of: p, d0"));
+    assert!(said(parse(&rules(1000))).contains("expected one of: d100, "));
     let chain = parse(&(rules(1000) + "(:derived (d1000) (forall (?x) (p ?x)))")).expect("sound");
     assert_eq!(chain.derived[0].predicate, "d1000");
     assert_eq!(chain.derived[1000].predicate, "d0");

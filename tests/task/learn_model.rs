@@ -539,7 +539,7 @@ mod command {
             (&["ferry.pddl", "still"], "the trajectories have no step that was done"),
             (&["ferry.pddl", "nowhere"], "cannot read nowhere"),
             (&["ferry.pddl"], "<TRAJECTORIES>"),
-            (&["trace0", "trace1"], "is no domain; expected (define (domain NAME) ...)"),
+            (&["trace0", "trace1"], "trace0 is a trajectory in PDDL; expected a domain in PDDL"),
         ];
         for (args, message) in cases {
             let args = [&["learn-model", "--quiet"], args].concat();

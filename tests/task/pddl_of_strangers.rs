@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, contents, validate};
+use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, validate};
 
 const DOMAIN: &str = include_str!("../fixtures/pddl/move.pddl");
 const PROBLEM: &str = include_str!("../fixtures/pddl/move_one.pddl");
@@ -386,10 +386,6 @@ fn a_problem_names_another_domain_and_objects_are_numbers() {
 fn domain_and_problem_are_in_one_file_or_swapped() {
     let both = format!("{DOMAIN}\n{PROBLEM}");
     assert_eq!(moved(read(both.as_bytes(), both.as_bytes())), [""; 0]);
-    assert_eq!(contents(both.as_bytes(), "x"), Ok([true, true]));
-    assert_eq!(contents(PROBLEM.as_bytes(), "x"), Ok([false, true]));
-    let open = contents(b"(define (domain d)", "x").unwrap_err();
-    assert!(open.to_string().contains("this list is not closed"), "{open}");
     let fault = read(PROBLEM.as_bytes(), DOMAIN.as_bytes()).unwrap_err();
     assert!(fault.contains("`(define (problem ...)` is no domain"), "{fault}");
     for (text, what) in [

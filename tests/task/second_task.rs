@@ -322,7 +322,7 @@ fn settings_go_to_json_and_back_and_faults_are_named() {
     assert!(far.starts_with("tower.json, field `pad`: [2.0, 0.0]"), "{far}");
     assert!(refused("{\n\"pat\": 1}").starts_with("tower.json, line 2: unknown field `pat`"));
     let unknown = tasks::by_name("bricks").map(|_| ()).expect_err("it is not built in").to_string();
-    assert!(unknown.contains("nuts-and-bolts (put a nut"), "{unknown}");
+    assert!(unknown.contains("the tasks are: nuts-and-bolts, movable-jig"), "{unknown}");
 }
 
 #[test]

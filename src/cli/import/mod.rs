@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, bail};
 use clap::Args;
-use symbolt::files::{FileError, Limit, read_file};
+use symbolt::files::{FileError, Limit};
 use symbolt::report::import_page;
 use symbolt::task::import::{
     Angle, Handed, Imported, Length, Mapping, QuaternionOrder, Rotation, Streams, TableMap,
@@ -16,6 +16,7 @@ use symbolt::task::{Recording, TaskError};
 
 use super::check::doubted;
 use super::end::{BadArgument, Outcome};
+use super::kind::{Given, Kind, parsed};
 use super::options::{Common, OutFile, number};
 use super::output::{Place, Progress, answer, answer_unless_quiet, use_threads};
 
@@ -220,7 +221,10 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     }
     use_threads(&args.common)?;
     let mut mapping = match &args.map {
-        Some(path) => Mapping::read(path)?,
+        Some(path) => {
+            let map = Given { path, takes: &[Kind::Mapping] };
+            parsed(map, Limit::SETTINGS, &[], Mapping::parse)?
+        }
         None => Mapping::unknown(),
     };
     args.reading.apply(&mut mapping)?;
@@ -228,8 +232,8 @@ pub(crate) fn import(args: &ImportArgs) -> Result<Outcome, Error> {
     let mut streams = Streams::new(mapping);
     for file in files(&args.logs)? {
         progress.show(format!("reading {}", file.display()));
-        let bytes = read_file(&file, Limit::LOG)?;
-        streams.add(&file.display().to_string(), &bytes).map_err(TaskError::from)?;
+        let log = Given { path: &file, takes: &[Kind::Log("a log of poses (CSV, MCAP or HDF5)")] };
+        parsed(log, Limit::LOG, &[], |bytes, name| streams.add(name, bytes))?;
     }
     progress.show("finding events".into());
     let imported = streams.finish().map_err(TaskError::from)?.import();

@@ -10,6 +10,7 @@ use anyhow::{Error, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use symbolt::doubt::Doubt;
+use symbolt::files::Limit;
 use symbolt::study::asking::{Question, ask};
 use symbolt::task::Recording;
 use symbolt::task::domain::KindClusters;
@@ -21,6 +22,7 @@ use symbolt::task::learn::{
 use super::check::doubted;
 use super::domain_tables::{self, domain_tables, mm};
 use super::end::{BadArgument, Outcome};
+use super::kind::{Given, Kind, parsed};
 use super::options::{Common, METHODS, OutFile, named, number};
 use super::output::{Place, Progress, answer, keys, use_threads, warn};
 use super::table::{Grid, counted, section, unbroken, wrapped};
@@ -67,7 +69,9 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
     use_threads(&args.common)?;
     let progress = Progress::new(&args.common);
     progress.say(format!("reading {}", args.recording.display()));
-    let (mut recording, attributes) = Recording::read_attributed(&args.recording)?;
+    let recording = Given { path: &args.recording, takes: &[Kind::Recording] };
+    let (mut recording, _, attributes) =
+        parsed(recording, Limit::RECORDING, &[], Recording::parse_whole)?;
     let settings = Settings { method, p: args.p, threshold_m, seed: args.common.seed };
     let doubts = doubted(&recording);
     let line = &mut ProgressLine::new(&progress);

@@ -1,24 +1,20 @@
 //! `symbolt plan` of a problem in PDDL, planned and acted on.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
-use symbolt::files::{Limit, read_file};
+use symbolt::files::Limit;
 use symbolt::plan::goal_sets::{
     Begun, Course, Directions, GoalSetError, GoalSetSpec, StripsWorld, pursue,
 };
-use symbolt::plan::strips::{
-    Bodies, Domain, GroundFault, Grounded, Problem, contents, shorten, validate,
-};
+use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, shorten, validate};
 use symbolt::sim::{Seed, SimDuration};
-use symbolt::task::classify::Classifier;
 use symbolt::task::planner::PlannerKind;
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome, sentence};
-use crate::cli::options::Rule;
+use crate::cli::kind::{Given, Kind, beginning, parsed};
 use crate::cli::output::{Place, Progress, not_both_standard_input, warn};
 use crate::cli::table::counted;
 
@@ -68,8 +64,8 @@ fn check(args: &PlanArgs) -> Result<(), Error> {
     args.planner.check_goal_sets("")?;
     let of_scenes = [
         ("--absent", args.planner.absent),
-        ("--grounding", args.grounding.grounding != Rule::Gated),
-        ("--limit", args.grounding.limit != Classifier::LIMIT),
+        ("--grounding", args.grounding.grounding.is_some()),
+        ("--limit", args.grounding.limit.is_some()),
     ];
     if let Some((option, _)) = of_scenes.iter().find(|(_, given)| *given) {
         bail!(BadArgument(format!("{option} is for a scene; leave it out")));
@@ -80,43 +76,57 @@ fn check(args: &PlanArgs) -> Result<(), Error> {
 /// Reads the domain and the problem, which may be in one file.
 fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem), Error> {
     let bodies = if args.as_instant { Bodies::Instant } else { Bodies::Read };
-    let name = |path: &Path| path.display().to_string();
-    if let Some(file) = &args.problem {
-        not_both_standard_input(("domain", &args.domain), ("problem", file))?;
+    let first = Given { path: &args.domain, takes: &[Kind::PddlDomain, Kind::Pddl] };
+    let problem = args.problem.as_deref().unwrap_or(&args.domain);
+    let second = Given { path: problem, takes: &[Kind::PddlProblem, Kind::Pddl] };
+    if args.problem.is_some() {
+        not_both_standard_input(("domain", first.path), ("problem", problem))?;
     }
-    let first = read_file(&args.domain, Limit::PDDL)?;
-    let second = args.problem.as_ref().map(|file| read_file(file, Limit::PDDL)).transpose()?;
-    if second.is_none() {
-        let file = args.domain.display();
-        let problem = match contents(&first, &name(&args.domain))? {
-            [true, true] => None,
-            [true, _] => Some(format!(
-                "{file} is a domain; name a problem in PDDL, or a scene with --scene FILE for a learned domain"
-            )),
-            [_, true] => Some(format!("{file} is a problem in PDDL; name its domain before it")),
-            _ => Some("name a problem in PDDL, or a scene with --scene FILE".into()),
-        };
-        if let Some(problem) = problem {
-            bail!(BadArgument(problem));
-        }
+    let bytes = first.read(Limit::PDDL, &[second])?;
+    let found = Kind::of(&bytes);
+    // What is faulty is told by its reader, with its place.
+    let whole = found.cut.is_none() || found.kind == Kind::Domain;
+    if let Some(advice) = advice(args, found.kind).filter(|_| whole) {
+        bail!(BadArgument(advice));
     }
-    let (file, second) =
-        (args.problem.as_ref().unwrap_or(&args.domain), second.as_ref().unwrap_or(&first));
-    let has = |text: &[u8], file: &Path, wanted| contents(text, &name(file)) == Ok(wanted);
-    let domain = match Domain::parse(&first, &name(&args.domain), bodies) {
-        Err(_) if has(&first, &args.domain, [false, true]) && has(second, file, [true, false]) => {
-            let (first, second) = (args.domain.display(), file.display());
-            let problem = format!(
-                "the first file, {first}, is a problem and the second, {second}, a domain; swap them"
-            );
-            bail!(BadArgument(problem));
-        }
-        domain => domain?,
-    };
+    let parse = |bytes: &[u8], name: &str| Domain::parse(bytes, name, bodies);
+    let domain = first.parsed(&bytes, &[second], parse)?;
     warnings.extend(domain.warnings.iter().cloned());
-    let problem = Problem::parse(second, &name(file), &domain)?;
+    let parse = |bytes: &[u8], name: &str| Problem::parse(bytes, name, &domain);
+    let problem = match &args.problem {
+        Some(_) => parsed(second, Limit::PDDL, &[], parse)?,
+        None => second.parsed(&bytes, &[], parse)?,
+    };
     warnings.extend(problem.warnings.iter().filter(|w| !domain.warnings.contains(w)).cloned());
     Ok((domain, problem))
+}
+
+/// Says how files of this kind are planned with, if another option or file is needed.
+fn advice(args: &PlanArgs, kind: Kind) -> Option<String> {
+    let file = args.domain.display();
+    let of_problem = || args.problem.as_deref().and_then(beginning).map(|b| Kind::of(&b).kind);
+    let named = args.problem.as_deref().map_or_else(|| "FILE".into(), |p| p.display().to_string());
+    Some(match (kind, &args.problem) {
+        (Kind::Domain, None) => {
+            format!(
+                "{file} is a learned domain; name its scene: `symbolt plan {file} --scene FILE`"
+            )
+        }
+        (Kind::Domain, Some(_)) if of_problem() == Some(Kind::PddlProblem) => return None,
+        (Kind::Domain, Some(_)) => format!(
+            "{file} is a learned domain, which plans in a scene: `symbolt plan {file} --scene {named}`"
+        ),
+        (Kind::Scene, Some(_)) if of_problem() == Some(Kind::Domain) => format!(
+            "{file} is a scene, and {named} is a learned domain; write `symbolt plan {named} --scene {file}`"
+        ),
+        (Kind::PddlDomain, None) => format!(
+            "{file} is a domain; name a problem in PDDL, or a scene with --scene FILE for a learned domain"
+        ),
+        (Kind::PddlProblem, None) => {
+            format!("{file} is a problem in PDDL; name its domain before it")
+        }
+        _ => return None,
+    })
 }
 
 fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> Result<End, Error> {

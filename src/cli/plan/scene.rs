@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
+use symbolt::sim::few;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
 use symbolt::task::domain::RelationalDomain;
@@ -13,7 +14,7 @@ use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::look::{look, loose, position, read, target_json, wanted};
+use crate::cli::look::{look, loose, misses, position, read, target_json, wanted};
 use crate::cli::options::PlannerArgs;
 use crate::cli::output::{Place, Progress};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
@@ -50,7 +51,15 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     out.write(&text)?;
     Ok(match (&plan.end, plan.moves.is_empty()) {
         // Only the next action counts: the robot looks and plans again after each action.
-        (SceneEnd::Stuck(reason), true) => Outcome::Failed(format!("stuck: {reason}")),
+        (SceneEnd::Stuck(reason), true) => {
+            // What is in no state is what an action would need, more often than not.
+            let loose = misses(&planned, &layout);
+            let why = match loose.is_empty() {
+                true => String::new(),
+                false => format!("; in no state: {}", few(loose)),
+            };
+            Outcome::Failed(format!("stuck: {}{why}", shown.for_people(reason)))
+        }
         _ => Outcome::Done,
     })
 }
@@ -175,6 +184,26 @@ impl Shown<'_> {
         if holds.is_empty() { vec!["nothing".into()] } else { holds }
     }
 
+    /// Returns a text in which facts and actions of the planner are in people's words.
+    fn for_people(&self, text: &str) -> String {
+        let Some(ground) = &self.plan.ground else { return text.to_owned() };
+        let domain = ground.domain();
+        let word = |word: &str| {
+            let fact = domain.state_ids().find(|fact| domain[*fact].name == word);
+            let action = domain.action_ids().find(|action| domain[*action].name == word);
+            match (fact, action) {
+                (Some(fact), _) => ground.in_words(fact, self.domain, self.layout),
+                (_, Some(action)) => self.domain.operators[ground.operator(action)].name.clone(),
+                _ => word.to_owned(),
+            }
+        };
+        let ends = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
+        text.split_inclusive(ends).fold(String::new(), |shown, part| {
+            let name = part.trim_end_matches(ends);
+            shown + &word(name) + &part[name.len()..]
+        })
+    }
+
     fn next(&self) -> String {
         let mut next = match self.plan.moves.first() {
             Some(step) => {
@@ -186,7 +215,7 @@ impl Shown<'_> {
                 let _ = write!(text, ", at {at}");
                 text
             }
-            None => end_text(&self.plan.end),
+            None => self.for_people(&end_text(&self.plan.end)),
         };
         if let Some((_, decision)) = &self.first {
             let after = counted(decision.questions as usize, self.planner.counts()[0]);
@@ -209,7 +238,8 @@ impl Shown<'_> {
                 let number = (index + 1).to_string();
                 grid.row([number, step.action.clone(), step.object.to_string(), onto, ms]);
             }
-            let title = format!("Whole plan, then {}:", end_text(&self.plan.end));
+            let end = self.for_people(&end_text(&self.plan.end));
+            let title = format!("Whole plan, then {end}:");
             let _ = writeln!(text, "{}\n\n{grid}", wrapped(&title, 0));
         }
         let dropped = self.dropped();
@@ -221,8 +251,9 @@ impl Shown<'_> {
             let _ = writeln!(text, "Conditions that cannot all be met in this scene:\n\n{grid}");
         }
         if let Some((domain, decision)) = &self.first {
-            text += &choices_table(domain, decision);
-            text += &milestones_table(decision, self.planner.counts()[1]);
+            let people = |text: &str| self.for_people(text);
+            text += &choices_table(domain, decision, people);
+            text += &milestones_table(decision, self.planner.counts()[1], people);
         }
         if let Some(loose) = loose(self.domain, self.layout) {
             let _ = writeln!(text, "{loose}");
@@ -268,24 +299,24 @@ fn choices_json(domain: &Domain, decision: &Decision) -> Value {
 }
 
 /// Returns the choices among several causes as a table; empty if there were none.
-fn choices_table(domain: &Domain, decision: &Decision) -> String {
+fn choices_table(domain: &Domain, decision: &Decision, people: impl Fn(&str) -> String) -> String {
     if decision.choices.is_empty() {
         return String::new();
     }
     let mut grid = Grid::new(&[">question", "about", "chosen", ">among", "because"]);
     for c in &decision.choices {
-        let (state, action) = (domain[c.state].name.clone(), domain[c.action].name.clone());
+        let (state, action) = (people(&domain[c.state].name), people(&domain[c.action].name));
         grid.row([c.question.to_string(), state, action, c.among.to_string(), why_text(c)]);
     }
     format!("Choices among several causes:\n\n{grid}\n")
 }
 
 /// Returns the milestones of a decision as a table.
-fn milestones_table(decision: &Decision, number: &str) -> String {
+fn milestones_table(decision: &Decision, number: &str, people: impl Fn(&str) -> String) -> String {
     let mut grid = Grid::new(&[&format!(">{number}"), "about", "reached", ">at ms"]);
     for m in &decision.milestones {
         let question = m.question.to_string();
-        grid.row([question, m.subject.clone(), m.stage.to_string(), format!("{:.0}", m.time_ms)]);
+        grid.row([question, people(&m.subject), m.stage.to_string(), format!("{:.0}", m.time_ms)]);
     }
     format!("{}\n\n{grid}\n", wrapped(MILESTONES, 0))
 }

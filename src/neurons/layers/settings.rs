@@ -11,7 +11,7 @@ use crate::neurons::models::{NeuronModel, RateOf, Start};
 use crate::neurons::plan::NeuronSpec;
 use crate::neurons::solve::Solver;
 use crate::neurons::tuning::{TuningError, refuse};
-use crate::sim::{Fingerprint, Seed};
+use crate::sim::{Fingerprint, Seed, nearest_first};
 
 type DrawValue = dyn Fn(&mut ChaCha8Rng) -> f64 + Send + Sync;
 type DrawRow = dyn Fn(&mut ChaCha8Rng, &mut [f64]) + Send + Sync;
@@ -311,7 +311,7 @@ impl Settings {
                 return Err(refuse(
                     "start",
                     format!("of `{name}`"),
-                    format!("one of: {}", names.join(", ")),
+                    format!("one of: {}", nearest_first(name, names)),
                 ));
             }
         }

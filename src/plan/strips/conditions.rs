@@ -5,10 +5,11 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::formula::{Comparison, Condition, ConditionalEffect, Expression, not};
-use super::lists::{MAX_NAMES, meant, tail};
+use super::lists::{MAX_NAMES, tail};
 use super::numbers::Numbers;
 use super::pddl::{Action, Atom, Domain, EQUAL, Literal, Term, Typed};
 use super::sexpr::{Node, PddlFault, Source, short};
+use crate::sim::{meant, nearest_first};
 
 /// Conditions on trajectories, which PDDL 3 has.
 const MODAL: [&str; 10] = [
@@ -220,11 +221,11 @@ impl<'a> Scope<'a> {
     fn unknown(&self, node: &Node, word: &str) -> PddlFault {
         let mut named: Vec<&str> = self.variables.iter().map(|v| v.name.as_str()).collect();
         let constants = self.domain.constants.iter().map(|c| c.name.as_str());
-        named.extend(constants.take(200));
+        named.extend(constants);
         let near = meant(word, named.iter().copied());
         let expected = match named.is_empty() {
             true => "an object of :objects or :constants".to_owned(),
-            false => format!("one of: {}{near}", named.join(", ")),
+            false => format!("one of: {}{near}", nearest_first(word, named)),
         };
         let what = if self.variables.is_empty() { "object" } else { "parameter or constant" };
         self.source.unexpected(node, what, &expected)

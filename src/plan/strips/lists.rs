@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::pddl::{Domain, OBJECT, Typed, Types};
-use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
-use crate::spa::nearest_name;
+use super::sexpr::{Node, PddlFault, Place, Source, short};
+use crate::sim::{meant, nearest_first};
 
 /// Greatest number of types, of predicates, of functions, and of parameters of each.
 pub(super) const MAX_NAMES: usize = 1_024;
@@ -16,24 +16,6 @@ const NO_TYPE: &str = "no type follows `-`";
 
 /// Greatest number of types of all names of a typed list.
 const MAX_TYPED: usize = 500_000;
-
-/// Returns whether a text has a domain, and whether it has a problem, however wrong they are. `file` names the text in the
-/// error. JSON has neither.
-///
-/// # Errors
-/// Where parentheses do not match, or a limit of [`Domain::parse`] on the whole text is passed.
-pub fn contents(bytes: &[u8], file: &str) -> Result<[bool; 2], PddlFault> {
-    if bytes.trim_ascii_start().starts_with(b"{") {
-        return Ok([false, false]);
-    }
-    let nodes = Source { file, notes: &Notes::default() }.nodes(bytes)?;
-    let defines = |what: &str| {
-        nodes.iter().any(|node| {
-            node.head() == Some("define") && tail(node).first().and_then(Node::head) == Some(what)
-        })
-    };
-    Ok(["domain", "problem"].map(defines))
-}
 
 /// Returns the elements of a list after its first.
 pub(super) fn tail(node: &Node) -> &[Node] {
@@ -106,14 +88,14 @@ impl Source<'_> {
         for (node, typed) in &read {
             if let Some(unknown) = typed.types.iter().find(|t| !types.contains(t)) {
                 let known: Vec<&str> = types.declared().iter().map(|t| t.name.as_str()).collect();
-                let meant = meant(unknown, known.iter().copied());
-                let known = format!("one of: {OBJECT}, {}", known.join(", "));
+                let near = meant(unknown, known.iter().copied());
+                let known = nearest_first(unknown, [OBJECT].into_iter().chain(known));
                 let problem = format!(
-                    "`{}` has the unknown type `{}`{meant}",
+                    "`{}` has the unknown type `{}`{near}",
                     short(&typed.name),
                     short(unknown)
                 );
-                return Err(self.fault(*node, problem, known.trim_end_matches(", ")));
+                return Err(self.fault(*node, problem, format!("one of: {known}")));
             }
         }
         Ok(read)
@@ -194,14 +176,6 @@ impl Source<'_> {
         }
         Ok(types)
     }
-}
-
-/// Returns a question about the name that may have been meant; empty if none is near.
-pub(super) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // Thousands of names cost time, and every short name is near to every other.
-    let long = name.chars().nth(3).is_some();
-    let nearest = nearest_name(name, known.take(if long { 2_000 } else { 0 }));
-    nearest.map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
 impl Source<'_> {
@@ -329,7 +303,7 @@ impl Source<'_> {
             let names: Vec<&str> = known.map(|(name, _)| name).collect();
             let expected = match names.is_empty() {
                 true => format!("one of: none, as no {what} is declared"),
-                false => format!("one of: {}{near}", names.join(", ")),
+                false => format!("one of: {}{near}", nearest_first(name, names)),
             };
             return Err(self.unexpected(node, what, &expected));
         }

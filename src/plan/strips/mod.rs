@@ -49,7 +49,6 @@ pub use formula::{
 };
 pub(crate) use formula::{FALSE, TRUE, all, any, not, quantified, same};
 pub use ground::{Fluent, GroundFault, GroundOperator, Grounded};
-pub use lists::contents;
 pub(crate) use names::{Names, variable};
 pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,

@@ -8,10 +8,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::conditions::Scope;
 use super::formula::{Derived, Function};
-use super::lists::{MAX_NAMES, meant, tail};
+use super::lists::{MAX_NAMES, tail};
 use super::numbers::Numbers;
 use super::pddl::{Action, Domain, EQUAL, OBJECT, Predicate, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
+use crate::sim::{meant, nearest_first};
 
 /// Requirements whose features are read.
 const REQUIREMENTS: [&str; 13] = [
@@ -157,8 +158,11 @@ impl DomainReader<'_> {
             (Some(":axiom"), _) => "axioms in the notation before PDDL 2.2 (write :derived)",
             (Some(":observe" | ":sensing-action"), _) => "sensing",
             _ => {
-                let near = meant(section.head().unwrap_or_default(), SECTIONS.into_iter());
-                let expected = format!("{}{near}", SECTIONS.join(", "));
+                let near = meant(section.head().unwrap_or_default(), SECTIONS);
+                let expected = format!(
+                    "{}{near}",
+                    nearest_first(section.head().unwrap_or_default(), SECTIONS)
+                );
                 return Err(self.source.unexpected(section, "section of a domain", &expected));
             }
         };

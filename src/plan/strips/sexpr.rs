@@ -6,6 +6,8 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
+use crate::sim::is_plain;
+
 /// Greatest length of a text, in bytes: 64 MiB.
 const MAX_BYTES: usize = 64 << 20;
 
@@ -85,14 +87,6 @@ impl Node {
     }
 }
 
-/// Cuts off the end of a list of hundreds of choices.
-fn short_list(text: String) -> String {
-    if text.len() <= 2000 {
-        return text;
-    }
-    text.chars().take(2000).chain(", ...".chars()).collect()
-}
-
 pub(super) fn short(word: &str) -> String {
     if word.chars().count() <= 60 {
         return word.to_owned();
@@ -139,7 +133,7 @@ impl Source<'_> {
             line: place.line,
             column: place.column,
             problem: problem.into(),
-            expected: short_list(expected.into()),
+            expected: expected.into(),
         }
     }
 
@@ -232,7 +226,7 @@ impl Source<'_> {
                     }
                 },
                 // Names are printed, and a terminal obeys control characters.
-                word if word.contains(char::is_control) => {
+                word if !is_plain(word) => {
                     let problem = format!("the word {word:?} has a control character");
                     return Err(self.fault(place, short(&problem), "letters, digits and signs"));
                 }

@@ -13,6 +13,7 @@ use super::pddl::{Domain, Fact, Problem, Typed};
 use super::sexpr::short;
 use super::truth::{State, World};
 use super::write::ShownCondition;
+use crate::sim::{meant, nearest_first};
 
 /// Why a plan is not valid.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -67,8 +68,9 @@ pub fn validate<'s>(
         let mut words = words.split_whitespace();
         let name = words.next().ok_or_else(|| no("expected (ACTION OBJECT ...)".into()))?;
         let Some(action) = domain.actions.iter().find(|action| action.name == name) else {
-            let names: Vec<&str> = domain.actions.iter().map(|a| a.name.as_str()).collect();
-            return Err(no(format!("expected one of: {}", names.join(", "))));
+            let names = domain.actions.iter().map(|a| a.name.as_str());
+            let (near, names) = (meant(name, names.clone()), nearest_first(name, names));
+            return Err(no(format!("expected one of: {names}{near}")));
         };
         let arguments: Vec<&str> = words.collect();
         let (given, wanted) = (arguments.len(), action.parameters.len());

@@ -1,7 +1,7 @@
 //! Checks a description, reports all its faults together, and passes a valid one to the layout.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use std::sync::Arc;
 
 use super::graph::Graph;
@@ -290,23 +290,20 @@ fn is_visible(port: &str, of: &str) -> bool {
         || inner.strip_prefix(outer).is_some_and(|r| r.is_empty() || r.starts_with('/'))
 }
 
-/// The visible outputs of the kind and shape of `input`, as choices for a message.
+/// Greatest number of fitting ports in a fault. In a graph of thousands of nodes, thousands fit.
+const FITTING: usize = 10;
+
+/// Up to ten visible outputs of the kind and shape of `input`, as choices for a message.
 fn fitting_outputs(nodes: &[NodeDraft], input: &InputDecl, name: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    for node in nodes {
-        for output in &node.ports.outputs {
-            let other = output_name(node, output);
-            let fits = output.kind == input.kind && output.shape.fits(&input.shape);
-            if fits && is_visible(&other, name) {
-                found.push(other);
-            }
-        }
-    }
-    found
+    let outputs = nodes.iter().flat_map(|node| node.ports.outputs.iter().map(move |o| (node, o)));
+    let fits = |o: &OutputDecl| o.kind == input.kind && o.shape.fits(&input.shape);
+    let fitting = outputs.filter(|(_, output)| fits(output));
+    let named = fitting.map(|(node, output)| output_name(node, output));
+    named.filter(|other| is_visible(other, name)).take(FITTING).collect()
 }
 
 fn check_edges(nodes: &[NodeDraft], edges: &[Edge], time: Timebase, faults: &mut Vec<BuildError>) {
-    let fed: Vec<(usize, usize)> = edges.iter().map(|e| e.to).collect();
+    let fed: BTreeSet<(usize, usize)> = edges.iter().map(|e| e.to).collect();
     for edge in edges {
         let (from_node, to_node) = (&nodes[edge.from.0], &nodes[edge.to.0]);
         let output = &from_node.ports.outputs[edge.from.1];
@@ -319,8 +316,11 @@ fn check_edges(nodes: &[NodeDraft], edges: &[Edge], time: Timebase, faults: &mut
                 for (p, other) in node.ports.inputs.iter().enumerate() {
                     let open = other.sum || !fed.contains(&(n, p));
                     let fits = other.kind == output.kind && other.shape.fits(&output.shape);
+                    if inputs.len() == FITTING || !(open && fits) {
+                        continue;
+                    }
                     let name = input_name(node, other);
-                    if open && fits && is_visible(&name, &from) {
+                    if is_visible(&name, &from) {
                         inputs.push(name);
                     }
                 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::kinds::FlowKind;
 use crate::sim::{
     Constant, In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space,
-    Synapse, Vector, VocabTag,
+    Synapse, Vector, VocabTag, nearest_first,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::modules::{
@@ -147,7 +147,9 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         if let Some(values) = content.and_then(|content| content.find(name)) {
             return Sum::constant(values.to_vec());
         }
-        let names = content.map_or_else(String::new, |content| content.names().join(", "));
+        let names = content.map_or_else(String::new, |content| {
+            nearest_first(name, content.names().iter().map(AsRef::as_ref))
+        });
         self.refuse(&format!("{space} has no `{name}`; it has: {names}"));
         Sum::zero()
     }

@@ -1,9 +1,9 @@
 //! Evaluates expressions over the names of a vocabulary.
 
 use super::{Content, check_vector};
-use crate::sim::{Real, VocabTag};
+use crate::sim::{Real, VocabTag, nearest_name};
 use crate::spa::algebra::Workspace;
-use crate::spa::error::{VocabError, nearest_name};
+use crate::spa::error::VocabError;
 use crate::spa::expr::{self, Expr};
 use crate::spa::pointer::PointerValue;
 

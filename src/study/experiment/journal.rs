@@ -305,6 +305,12 @@ impl Journal {
             let source = std::io::Error::other("an earlier trial could not be written");
             return Err(failed(source));
         }
+        // A deleted file takes all bytes, and nothing is kept.
+        if !self.path.exists() {
+            let source =
+                std::io::Error::other("it was deleted while the trials ran, so they are lost");
+            return Err(failed(source));
+        }
         let bytes = record.to_bytes(self.width);
         self.file.write_all(&bytes).map_err(|source| {
             self.torn = true;

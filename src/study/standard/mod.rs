@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, neurons};
 use crate::sim::{
     Graph, GraphBuilder, Kind, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed,
-    SimDuration, Simulator, Synapse, Threads, Timebase, Vector, VocabTag,
+    SimDuration, Simulator, Synapse, Threads, Timebase, Vector, VocabTag, few, meant,
 };
 use crate::spa::cosine_of_slices;
 use crate::task::TaskError;
@@ -61,7 +61,7 @@ impl Model {
 
 /// No standard network has this name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no network `{asked}`; the networks are: {}", Model::ALL.map(|m| m.0).join(", "))]
+#[error("there is no network `{asked}`{}; the networks are: {}", meant(asked, Model::ALL.map(|m| m.0)), few(Model::ALL.map(|m| m.0)))]
 pub struct UnknownModel {
     /// The name given.
     pub asked: String,

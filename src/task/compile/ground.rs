@@ -20,7 +20,8 @@ use std::collections::BTreeSet;
 use super::facts::{GroundAction, Test};
 use super::moves::Move;
 use super::problem::{Problem, ProblemError};
-use crate::task::domain::{Situation, is_within};
+use crate::task::classify::Layout;
+use crate::task::domain::{RelationalDomain, Situation, is_within};
 use crate::task::error::TaskError;
 use crate::task::propositional::{ActionId, Composition, Domain, StateId, WorldState};
 
@@ -43,6 +44,35 @@ impl GroundProblem {
     /// Returns the propositional domain: the ground facts as states, the ground actions as operators.
     pub fn domain(&self) -> &Domain {
         &self.domain
+    }
+
+    /// Returns a fact in words, such as `4 x CHAIR_AT_TABLE of table_0`. Its own name is a symbol of the planner.
+    pub fn in_words(&self, fact: StateId, of: &RelationalDomain, layout: &Layout) -> String {
+        let Some(test) = self.tests.get(fact.index()) else {
+            return self.domain[fact].name.clone();
+        };
+        let states: BTreeSet<&str> = test.of.iter().map(|(s, _)| &*of.states[*s].name).collect();
+        let mut words = states.into_iter().collect::<Vec<_>>().join(" or ");
+        let places: BTreeSet<String> =
+            test.of.iter().filter_map(|(_, place)| Some((1 + (*place)?).to_string())).collect();
+        if !places.is_empty() {
+            words += &format!(" at place {}", places.into_iter().collect::<Vec<_>>().join(" or "));
+        }
+        if let Some(Some(reference)) = test.reference {
+            words += &format!(" of {}", layout.objects[reference].id);
+        }
+        if let Some(object) = test.object {
+            words = format!("{}: {words}", layout.objects[object].id);
+        }
+        if let Some(within) = test.within {
+            words += &format!(" in {}", of.states[within].name);
+        }
+        match (test.most, test.least) {
+            (Some(0), _) => format!("no {words}"),
+            (Some(most), _) => format!("at most {most} x {words}"),
+            (None, 1) => words,
+            (None, least) => format!("{least} x {words}"),
+        }
     }
 
     /// Returns what the pointers of the facts and actions are made of.

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use super::facts::Test;
+use crate::sim::{few, nearest_first};
 use crate::task::classify::Layout;
 use crate::task::domain::{
     Fact, Frame, GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator, Role,
@@ -17,13 +18,13 @@ use crate::task::recording::ObjectPose;
 #[non_exhaustive]
 pub enum ProblemError {
     /// The domain has no goal.
-    #[error("the domain has no goal; name one of its states: {}", .states.join(", "))]
+    #[error("the domain has no goal; name one of its states: {}", few(.states))]
     NoGoal {
         /// Names of the states.
         states: Vec<String>,
     },
     /// No action achieves a term of the goal.
-    #[error("no action achieves {state}; the actions achieve: {}", .achieved.join(", "))]
+    #[error("no action achieves {state}; the actions achieve: {}", nearest_first(.state, .achieved.iter().map(String::as_str)))]
     NothingAchieves {
         /// Name of the state.
         state: String,
@@ -74,7 +75,7 @@ pub enum ProblemError {
         situations: usize,
     },
     /// No action leads to the goal in this scene.
-    #[error("no object in the scene can be moved towards the goal: {}", .states.join(", "))]
+    #[error("no object in the scene can be moved towards the goal: {}", few(.states))]
     Nothing {
         /// Names of the goal's states.
         states: Vec<String>,

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, check_names};
+use crate::task::recording::{FIT_NAME, unfit};
 
 /// Greatest length of a coordinate in metres. Larger numbers would overflow when squared.
 const FARTHEST_M: f64 = 1e6;
@@ -175,6 +176,10 @@ impl RelationalDomain {
 const MOST_PLACES: usize = 200;
 
 fn fault_of_state(state: &FrameState) -> Option<Fault> {
+    let kinds = [Some(&*state.kind), state.frame.kind()];
+    if let Some(problem) = kinds.into_iter().flatten().find_map(unfit) {
+        return Some(Fault::new(format!("has a kind that cannot be a name: {problem}"), FIT_NAME));
+    }
     if !(1..=MOST_PLACES).contains(&state.places.len()) {
         return Some(Fault::new("has no places or too many", format!("1 to {MOST_PLACES}")));
     }

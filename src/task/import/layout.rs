@@ -7,8 +7,9 @@ use super::mapping::{
     Angle, Length, Mapping, PoseColumns, QuaternionOrder, Rotation, TableMap, TimeUnit,
 };
 use super::streams::Guess;
+use crate::sim::{few, meant, nearest_first};
 use crate::task::error::InputFault;
-use crate::task::recording::MAX_NAME;
+use crate::task::recording::{FIT_NAME, unfit};
 
 /// How a body's orientation is given, by columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,9 +128,10 @@ impl Finder<'_> {
     /// Returns the index of a column.
     fn column(&self, name: &str) -> Result<usize, InputFault> {
         self.header.iter().position(|own| own == name).ok_or_else(|| {
-            let known: Vec<&str> = self.header.iter().map(String::as_str).take(60).collect();
-            let problem = "there is no such column".to_owned();
-            self.fault(name, problem, format!("one of: {}", known.join(", ")))
+            let known = || self.header.iter().map(String::as_str);
+            let expected =
+                format!("one of: {}{}", nearest_first(name, known()), meant(name, known()));
+            self.fault(name, "there is no such column".into(), expected)
         })
     }
 
@@ -264,10 +266,10 @@ impl Finder<'_> {
                 layout.bodies.push(Body { id, position, turn });
             }
         }
-        if let Some(body) = layout.bodies.iter().find(|b| b.id.chars().count() > MAX_NAME) {
-            let length = body.id.chars().count();
-            let problem = format!("an object's name has {length} characters");
-            return Err(self.fault("", problem, format!("at most {MAX_NAME}")));
+        // A body without a name of its own takes it from a column of ids.
+        let named = layout.bodies.iter().filter(|body| !body.id.is_empty());
+        if let Some(problem) = named.map(|body| unfit(&body.id)).find_map(|problem| problem) {
+            return Err(self.fault("", format!("an object's name: {problem}"), FIT_NAME.into()));
         }
         // A column of ids applies to bodies without a name of their own.
         if !layout.bodies.is_empty() && layout.bodies.iter().all(|body| body.id != "*") {
@@ -285,9 +287,8 @@ impl Finder<'_> {
         let unused = self.header.iter().zip(&used).filter(|(_, used)| !**used);
         layout.unused = unused.map(|(name, _)| name.clone()).collect();
         if layout.bodies.is_empty() && !grips && layout.contacts.is_empty() {
-            let known: Vec<&str> = self.header.iter().map(String::as_str).take(60).collect();
             let problem =
-                format!("no columns of a position are recognised among {}", known.join(", "));
+                format!("no columns of a position are recognised among {}", few(self.header));
             let expected =
                 "columns such as x, y, z or NAME.x, NAME.y, NAME.z, or `objects` in the mapping";
             return Err(self.fault("", problem, expected.into()));

@@ -12,7 +12,7 @@ use super::sessions::Home;
 use super::streams::{Part, Reading, Sample, Signal, Streams};
 use crate::logs::UNSEEN;
 use crate::task::error::InputFault;
-use crate::task::recording::MAX_NAME;
+use crate::task::recording::{FIT_NAME, unfit};
 
 /// Greatest number of objects of a session.
 const MOST_OBJECTS: usize = 2_000;
@@ -426,10 +426,8 @@ fn switched(before: &[f64; 3], after: &[f64; 3]) -> Option<f64> {
 /// Returns a name that a cell gives.
 fn name(cell: &[u8], column: Option<usize>, row: &Row<'_>) -> Result<String, InputFault> {
     let text = String::from_utf8_lossy(cell.trim_ascii());
-    let length = text.chars().count();
-    if length == 0 || length > MAX_NAME {
-        let problem = format!("the name has {length} characters");
-        return Err(row.fault(column.unwrap_or(usize::MAX), problem, "1 to 200 characters"));
+    match unfit(&text) {
+        Some(problem) => Err(row.fault(column.unwrap_or(usize::MAX), problem, FIT_NAME)),
+        None => Ok(text.into_owned()),
     }
-    Ok(text.into_owned())
 }

@@ -45,7 +45,7 @@ pub use state::State;
 pub use verdict::{Commitment, Obstacle, Rules, Verdict};
 pub use world::WorldState;
 
-use crate::spa::nearest_name;
+use crate::sim::nearest_name;
 use crate::task::error::TaskError;
 
 /// A checked set of states and operators.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::MAX_NAME;
+use super::{MAX_NAME, unfit};
 
 /// Greatest number of attributes of an object.
 const MAX_ATTRIBUTES: usize = 32;
@@ -65,9 +65,7 @@ impl Attributes {
             let problem = format!("it has {} attributes", raw.len());
             return Err((String::new(), problem, format!("at most {MAX_ATTRIBUTES}")));
         }
-        let fits = |text: &str| {
-            (1..=MAX_NAME).contains(&text.chars().count()) && !text.contains(char::is_control)
-        };
+        let fits = |text: &str| unfit(text).is_none();
         for (name, value) in raw {
             let value = match value {
                 _ if !fits(&name) => None,

@@ -10,12 +10,26 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
+use crate::sim::{is_plain, plain};
 
 pub use attributes::{Attribute, Attributes, ObjectAttributes};
 pub use sensing::Sensing;
 
 /// Maximum length of a name, in characters.
 pub(crate) const MAX_NAME: usize = 200;
+
+/// What is expected of the name of an object, a kind or an attribute.
+pub(crate) const FIT_NAME: &str = "1 to 200 characters, none of them a control character";
+
+/// Returns what is wrong with the name of an object, a kind or an attribute, if anything is. Names are printed, and a
+/// terminal obeys control characters.
+pub(crate) fn unfit(name: &str) -> Option<String> {
+    let length = name.chars().count();
+    if length == 0 || length > MAX_NAME {
+        return Some(format!("it has {length} characters"));
+    }
+    (!is_plain(name)).then(|| format!("`{}` has a control character", plain(name)))
+}
 
 /// Why a snapshot was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

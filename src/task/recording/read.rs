@@ -8,10 +8,12 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::{
-    Attributes, Demonstration, Labels, MAX_NAME, ObjectPose, Recording, Snapshot, SnapshotEvent,
+    Attributes, Demonstration, FIT_NAME, Labels, ObjectPose, Recording, Snapshot, SnapshotEvent,
+    unfit,
 };
 use crate::files::{Limit, read_file};
 use crate::robot::Pose;
+use crate::sim::{meant, nearest_first};
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// One line of the file.
@@ -307,14 +309,8 @@ fn check_snapshot(
     for (index, object) in raw.objects.into_iter().enumerate() {
         let field = |name: &str| format!("objects[{index}].{name}");
         for (name, text) in [("id", &object.id), ("kind", &object.kind)] {
-            let length = text.chars().count();
-            if length == 0 || length > MAX_NAME {
-                let problem = format!("it has {length} characters");
-                return Err(place.fault(
-                    field(name),
-                    problem,
-                    format!("1 to {MAX_NAME} characters"),
-                ));
+            if let Some(problem) = unfit(text) {
+                return Err(place.fault(field(name), problem, FIT_NAME));
             }
         }
         let pose = check_pose(object.position, object.orientation, &field, place)?;
@@ -333,13 +329,14 @@ fn check_snapshot(
     let touched = match &raw.object {
         None => None,
         Some(id) => Some(*ids.get(&**id).ok_or_else(|| {
-            let known: Vec<&str> = objects.iter().take(20).map(|o| &*o.id).collect();
-            let expected = if known.is_empty() {
+            let known = || objects.iter().map(|o| &*o.id);
+            let expected = if objects.is_empty() {
                 "no `object`, as the snapshot has no objects".into()
             } else {
-                format!("an id of this snapshot's objects: {}", known.join(", "))
+                format!("an id of this snapshot's objects: {}", nearest_first(id, known()))
             };
-            place.fault("object", format!("no object is called `{id}`"), expected)
+            let problem = format!("no object is called `{id}`{}", meant(id, known()));
+            place.fault("object", problem, expected)
         })?),
     };
     if matches!(raw.event, Some(SnapshotEvent::Start | SnapshotEvent::End)) && touched.is_some() {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::spa::nearest_name;
+use crate::sim::{meant, nearest_first};
 use crate::task::propositional::{Fault, check_names};
 
 /// A fault in a field of the file.
@@ -58,8 +58,8 @@ impl StateNames {
     /// Returns the index of the state that a field names.
     pub fn find(&self, name: &str, field: impl FnOnce() -> String) -> Result<usize, FieldFault> {
         self.places.get(name).copied().ok_or_else(|| {
-            let near = nearest_name(name, self.names.iter().map(String::as_str));
-            let near = near.map_or_else(String::new, |n| format!(" (did you mean `{n}`?)"));
+            let known = || self.names.iter().map(String::as_str);
+            let (near, known) = (meant(name, known()), nearest_first(name, known()));
             let name: String = match name.char_indices().nth(200) {
                 Some((at, _)) => format!("{}...", &name[..at]),
                 None => name.into(),
@@ -67,7 +67,7 @@ impl StateNames {
             FieldFault {
                 field: field(),
                 problem: format!("`{name}` is not a state{near}"),
-                expected: format!("one of the domain's states: {}", self.names.join(", ")),
+                expected: format!("one of the domain's states: {known}"),
             }
         })
     }

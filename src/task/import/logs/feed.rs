@@ -7,6 +7,7 @@ use crate::logs::frames::{NO_FRAME, What, Who, compose};
 use crate::logs::messages::Shape;
 use crate::logs::topics::{Asked, Topic, commands, measures_width, names_a_part, opens};
 use crate::logs::{Take, TopicMap, fits};
+use crate::sim::few;
 use crate::task::error::InputFault;
 use crate::task::import::finish::{fault, median};
 use crate::task::import::mapping::Length;
@@ -16,18 +17,9 @@ use crate::task::import::streams::{Dropped, Reading, Signal, Streams};
 const ANOTHER_CLOCK: f64 = 1e9;
 /// Greatest opening of a gripper, in metres. Joints that go farther turn.
 const WIDEST: f64 = 0.3;
-/// Number of names in a sentence.
-const NAMED: usize = 20;
 
 fn seconds(t: i64) -> f64 {
     t as f64 / 1e9
-}
-
-fn several<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
-    let names: Vec<&str> = names.into_iter().collect();
-    let more = names.len().saturating_sub(NAMED);
-    let shown = names[..names.len() - more].join(", ");
-    if more > 0 { format!("{shown} and {more} more") } else { shown }
 }
 
 /// The frame of reference, and which frames are objects.
@@ -93,7 +85,7 @@ impl Feed<'_> {
             let known: Vec<String> = known.collect();
             let problem = match known.is_empty() {
                 true => "it has no topics".to_owned(),
-                false => format!("no topic is taken among {}", several(known.iter().map(|s| &**s))),
+                false => format!("no topic is taken among {}", few(known.iter().map(|s| &**s))),
             };
             let expected = "poses, transforms or detections of ROS, or `topics` in the mapping";
             return Err(self.fault("", problem, expected));
@@ -123,7 +115,7 @@ impl Feed<'_> {
         if missing.len() == asked.len()
             && let Some(first) = missing.first()
         {
-            let known = several(self.bag.topics.iter().map(|topic| &*topic.name));
+            let known = few(self.bag.topics.iter().map(|topic| &*topic.name));
             let problem = "there is no such topic".to_owned();
             return Err(self.fault(first, problem, &format!("one of: {known}")));
         }
@@ -231,7 +223,7 @@ impl Feed<'_> {
             Some((asked, plain)) => match names.find(plain) {
                 Some(frame) => frame,
                 None => {
-                    let known = several((1..names.list.len() as u32).map(name));
+                    let known = few((1..names.list.len() as u32).map(name));
                     let problem =
                         format!("`reference` is {asked}, and no such frame is in the log");
                     return Err(self.fault("", problem, &format!("one of: {known}")));
@@ -405,14 +397,13 @@ impl Feed<'_> {
             (&lost.fixed_again, "which a later fixed one replaces at all times"),
         ] {
             let count = frames.values().sum();
-            let what =
-                || format!("transform of {}, {why}", several(frames.keys().map(|f| name(*f))));
+            let what = || format!("transform of {}, {why}", few(frames.keys().map(|f| name(*f))));
             into.dropped.extend((count > 0).then(|| Dropped { what: what(), count }));
         }
         let parents = self.bag.frames.parents.iter().zip(0u32..);
         for (parents, frame) in parents.filter(|(parents, _)| parents.len() > 1) {
             let what = format!("parent of {}", name(frame));
-            let value = several(parents.iter().map(|parent| name(*parent)));
+            let value = few(parents.iter().map(|parent| name(*parent)));
             let reason = "it has several, and hangs on that of its last transform".to_owned();
             into.suppose(file, &what, &value, reason);
         }
@@ -461,7 +452,7 @@ impl Feed<'_> {
                         // No frame has an empty name.
                         map.objects.push(String::new());
                     }
-                    let own = several(own);
+                    let own = few(own);
                     let own = if own.is_empty() { "transforms alone".into() } else { own };
                     (own, format!("its type is {}", topic.kind))
                 }
@@ -473,7 +464,7 @@ impl Feed<'_> {
                 }
                 Take::Width if topic.shape == Some(Shape::Joints) => {
                     map.joints = topic.joints.clone();
-                    let joints = several(topic.joints.iter().map(|joint| &**joint));
+                    let joints = few(topic.joints.iter().map(|joint| &**joint));
                     (
                         format!("the width, from {joints}"),
                         "these joints are named finger or gripper".into(),
@@ -505,7 +496,7 @@ impl Feed<'_> {
             let own: Vec<&str> = own.map(|(frame, _)| name(frame)).collect();
             unused.push(format!(
                 "{}, {} that {reason}",
-                several(own.iter().copied()),
+                few(own.iter().copied()),
                 match own.len() {
                     1 => "a frame",
                     _ => "frames",

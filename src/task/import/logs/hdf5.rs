@@ -7,6 +7,7 @@ use hdf5_pure::{DType, File, Group};
 use crate::logs::arrays::{Flat, Form, Layout, guess, is_session, sessions};
 use crate::logs::{DatasetMap, PoseDatasets, UNSEEN, fits, words};
 use crate::robot::Pose;
+use crate::sim::{few, meant, nearest_first};
 use crate::task::error::InputFault;
 use crate::task::import::columns::{Field, recognise};
 use crate::task::import::csv::angle_of;
@@ -85,8 +86,7 @@ impl Streams {
             let group = maps.first().map_or("", |map| &map.group);
             let groups: BTreeSet<&str> =
                 arrays.shapes.keys().filter_map(|path| Some(path.rsplit_once('/')?.0)).collect();
-            let known: Vec<&str> = groups.into_iter().take(20).collect();
-            let expected = format!("a pattern of groups, such as {}", known.join(", "));
+            let expected = format!("a pattern of groups, such as {}", nearest_first(group, groups));
             return Err(fault(file, group, "no group fits", expected));
         }
         arrays.tell_unused(self, &used);
@@ -174,9 +174,8 @@ impl Arrays<'_> {
             guess(&own, &mut map, flat);
         }
         if map.objects.is_empty() {
-            let known: Vec<String> =
-                self.shapes.iter().take(20).map(|(path, s)| format!("{path} {s:?}")).collect();
-            let problem = format!("no positions are recognised among {}", known.join(", "));
+            let known = few(self.shapes.iter().map(|(path, s)| format!("{path} {s:?}")));
+            let problem = format!("no positions are recognised among {known}");
             let expected =
                 "datasets such as obs/cup_pos of times × 3, or `datasets` in the mapping";
             return Err(fault(self.file, "", problem, expected));
@@ -212,8 +211,9 @@ impl Arrays<'_> {
     ) -> Result<(Vec<u64>, Vec<f64>), InputFault> {
         let refuse = |problem: String, expected: &str| fault(self.file, path, problem, expected);
         let Some(shape) = self.shapes.get(path).cloned() else {
-            let known: Vec<&str> = self.shapes.keys().take(60).map(String::as_str).collect();
-            let expected = format!("one of: {}", known.join(", "));
+            let known = || self.shapes.keys().map(String::as_str);
+            let expected =
+                format!("one of: {}{}", nearest_first(path, known()), meant(path, known()));
             return Err(refuse("there is no such dataset".into(), &expected));
         };
         if let (Some((rows, other)), Some(own)) = (rows, shape.first())

@@ -6,7 +6,7 @@ use crate::task::import::csv::MOST_ROWS;
 use crate::task::import::finish::fault;
 use crate::task::import::mapping::TimeUnit;
 use crate::task::import::streams::{Guess, Sample, Source, Streams};
-use crate::task::recording::MAX_NAME;
+use crate::task::recording::{FIT_NAME, unfit};
 
 impl Streams {
     /// Notes a guess, once for all files that give the same.
@@ -41,10 +41,8 @@ impl Streams {
         file: &str,
         field: &str,
     ) -> Result<usize, InputFault> {
-        let length = id.chars().count();
-        if length == 0 || length > MAX_NAME {
-            let problem = format!("the name of an object has {length} characters");
-            return Err(fault(file, field, problem, "1 to 200 characters"));
+        if let Some(problem) = unfit(id) {
+            return Err(fault(file, field, format!("the name of an object: {problem}"), FIT_NAME));
         }
         Ok(self.track(part, id))
     }

@@ -10,6 +10,7 @@ use super::format::{
 use crate::robot::arm::level::dot;
 use crate::robot::arm::reaches_table;
 use crate::robot::arm::vector::unit;
+use crate::sim::{few, is_plain};
 
 /// A fault: the field, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,8 +42,7 @@ fn in_range(field: String, value: f64, [least, most]: [f64; 2]) -> Checked {
 }
 
 fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let quoted: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
-    quoted.join(", ")
+    few(names.into_iter().map(|name| format!("`{name}`")))
 }
 
 fn one_of(field: String, name: &str, choices: &[&str]) -> Checked {
@@ -64,10 +64,10 @@ fn distinct<'a>(field: &str, names: impl IntoIterator<Item = &'a str>) -> Checke
     let mut seen = BTreeSet::from([WORLD]);
     for name in names {
         demand(
-            (1..=LONGEST_NAME).contains(&name.chars().count()),
+            (1..=LONGEST_NAME).contains(&name.chars().count()) && is_plain(name),
             field,
             name,
-            "1 to 190 characters",
+            "1 to 190 characters, none of them a control character",
         )?;
         demand(seen.insert(name), field, name, "a name that nothing else has")?;
     }
@@ -247,7 +247,7 @@ impl TaskFile {
         let kinds: Vec<&str> = self.parts.iter().map(|p| p.kind.as_str()).collect();
         for (i, mark) in reference.landmarks.iter().enumerate() {
             let length = (1..=LONGEST_NAME).contains(&mark.name.chars().count());
-            let fine = length && !kinds.contains(&mark.name.as_str());
+            let fine = length && is_plain(&mark.name) && !kinds.contains(&mark.name.as_str());
             let field = format!("{at}.landmarks[{i}].name");
             demand(
                 fine,

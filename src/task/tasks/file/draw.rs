@@ -71,13 +71,21 @@ const RIM_M: f64 = 0.01;
 /// thousandth of it; without a limit, a file with as many parts and corners as possible would be searched for hours.
 const BUDGET: usize = 20_000_000;
 
-/// Draws a layout; `None` if there is no room.
-pub(super) fn layout(file: &TaskFile, shapes: &Shapes, seed: Seed) -> Option<Layout> {
+/// Draws a layout. If there is no room, says for what.
+pub(super) fn layout(file: &TaskFile, shapes: &Shapes, seed: Seed) -> Result<Layout, String> {
     let mut rng = seed.derive("scene", "layout").rng();
     let left = Cell::new(BUDGET);
     // The first places can leave no room for the last. In that case, start again.
     let mut layouts = (0..LAYOUTS).map_while(|_| (left.get() > 0).then_some(()));
-    layouts.find_map(|()| Drawing::new(file, shapes, &left).draw(&mut rng))
+    let mut missing = String::new();
+    layouts
+        .find_map(|()| {
+            let mut drawing = Drawing::new(file, shapes, &left);
+            let layout = drawing.draw(&mut rng);
+            missing = std::mem::take(&mut drawing.missing);
+            layout
+        })
+        .ok_or(missing)
 }
 
 /// A part or reference whose place is to be drawn.
@@ -100,6 +108,8 @@ struct Drawing<'f> {
     heap: Vec<Extent>,
     /// What is left of the [`BUDGET`].
     left: &'f Cell<usize>,
+    /// For what there was no place, and why.
+    missing: String,
 }
 
 impl<'f> Drawing<'f> {
@@ -114,7 +124,17 @@ impl<'f> Drawing<'f> {
             taken: Vec::new(),
             heap: Vec::new(),
             left,
+            missing: String::new(),
         }
+    }
+
+    /// Notes for what there is no place, and whether all its places are out of reach.
+    fn misses(&mut self, name: &str, in_reach: bool) -> Option<()> {
+        self.missing = match in_reach {
+            true => format!("too narrow for a `{name}` beside everything else"),
+            false => format!("out of reach for a `{name}`"),
+        };
+        None
     }
 
     /// Spends the cost of an attempt to draw a place; `None` if nothing is left.
@@ -125,7 +145,7 @@ impl<'f> Drawing<'f> {
         (left > 0).then_some(())
     }
 
-    fn draw(mut self, rng: &mut impl Rng) -> Option<Layout> {
+    fn draw(&mut self, rng: &mut impl Rng) -> Option<Layout> {
         for kind in 0..self.file.references.len() {
             for start in &self.file.references[kind].starts {
                 for _ in 0..start.count {
@@ -165,7 +185,8 @@ impl<'f> Drawing<'f> {
         let reference = &self.file.references[kind];
         let places: usize = self.file.relations().map(|relation| relation.places.len()).sum();
         let corners = self.shapes.references[kind].iter().map(Vec::len).sum::<usize>();
-        let (frame, room) = (0..PLACES).find_map(|_| {
+        let in_reach = Cell::new(false);
+        let drawn = (0..PLACES).find_map(|_| {
             self.spend(corners + places)?;
             let base = self.base(&region.of)?;
             let mut frame = draw_in(region, &base, &[], 1, rng);
@@ -173,13 +194,17 @@ impl<'f> Drawing<'f> {
             if !self.goal_is_in_reach(&reference.name, &frame) {
                 return None;
             }
+            in_reach.set(true);
             let room = self.shapes.room(kind, reference, &frame);
             let free = room.is_none_or(|room| {
                 self.is_inside(&room)
                     && !self.rooms.iter().any(|(_, other)| room.near(other, start.gap_m))
             });
             free.then_some((frame, room))
-        })?;
+        });
+        let Some((frame, room)) = drawn else {
+            return self.misses(&reference.name, in_reach.get());
+        };
         self.references[kind].push(frame);
         self.rooms.extend(room.map(|room| (kind, room)));
         Some(())
@@ -206,8 +231,11 @@ impl<'f> Drawing<'f> {
         }
         let turns = self.file.parts[item.kind].handling.turns;
         let own = self.file.references.iter().position(|r| r.name == region.of);
+        let mut in_reach = false;
         for _ in 0..PLACES {
-            self.spend(corners.len())?;
+            if self.spend(corners.len()).is_none() {
+                break;
+            }
             let mut frame = draw_in(region, &self.base(&region.of)?, corners, turns, rng);
             let mut extent = Extent::of(corners, &frame);
             if item.start.heap {
@@ -218,10 +246,10 @@ impl<'f> Drawing<'f> {
             }
             let rooms = self.rooms.iter().filter(|(kind, _)| Some(*kind) != own);
             let mut others = rooms.map(|(_, room)| room).chain(&self.taken);
-            if self.is_inside(&extent)
-                && reaches_table([frame.position[0], frame.position[1]])
-                && !others.any(|other| extent.near(other, item.start.gap_m))
-            {
+            let inside =
+                self.is_inside(&extent) && reaches_table([frame.position[0], frame.position[1]]);
+            in_reach |= inside;
+            if inside && !others.any(|other| extent.near(other, item.start.gap_m)) {
                 if item.start.heap {
                     self.heap.push(extent)
                 } else {
@@ -230,6 +258,7 @@ impl<'f> Drawing<'f> {
                 return Some(frame);
             }
         }
+        self.misses(&self.file.parts[item.kind].kind, in_reach)?;
         None
     }
 

@@ -69,9 +69,9 @@ impl DataTask {
     }
 
     fn layout(&self, seed: Seed) -> Result<Layout, TaskError> {
-        draw::layout(&self.0.file, &self.0.shapes, seed).ok_or_else(|| TaskError::Setting {
+        draw::layout(&self.0.file, &self.0.shapes, seed).map_err(|missing| TaskError::Setting {
             name: "starts",
-            value: "too narrow".into(),
+            value: missing,
             expected: "regions with room for everything, inside the rim, and with the places of the goal in \
                        the arm's reach",
         })

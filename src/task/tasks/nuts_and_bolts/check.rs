@@ -5,6 +5,7 @@ use super::shapes::neck_radius;
 use super::start;
 use crate::robot::arm::reaches_table;
 use crate::sim::Seed;
+use crate::sim::is_plain;
 use crate::task::error::TaskError;
 
 /// Name, getter, least and greatest value of a setting.
@@ -66,7 +67,7 @@ const COUNTS: [Rule; 3] = [
         holds: |s| {
             let places = s.places();
             let length = |kind: &String| (1..=LONGEST_KIND).contains(&kind.chars().count());
-            let clean = |kind: &String| !kind.chars().any(char::is_control);
+            let clean = |kind: &String| is_plain(kind);
             let free = |kind: &String| length(kind) && clean(kind) && !places.contains(kind);
             s.nut_kind != s.bolt_kind && free(&s.nut_kind) && free(&s.bolt_kind)
         },
