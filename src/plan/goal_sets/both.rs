@@ -44,7 +44,7 @@ impl PlannerGraph {
     /// Makes a planner for a problem. The search backward remembers up to `slots[0]` goal sets, the one forward `slots[1]` states,
     /// each at least two. `rules` are those of the problem.
     ///
-    /// Costs O(goals² x operators).
+    /// Costs O(rounds x (operators x goals + goals³ / 64)), with as many rounds as goals that must follow one another.
     pub fn new(
         problem: &Grounded,
         rules: Arc<Regression>,

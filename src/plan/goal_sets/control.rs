@@ -166,7 +166,7 @@ impl Control {
     pub fn new(wiring: &mut Wiring<'_, '_>, ready: &Group, busy: &Group) -> Self {
         let machine = Machine::new(wiring, &Phase::ALL, TRANSITIONS, &LASTING, busy);
         let restless =
-            machine.restless(wiring, TRANSITIONS, (Start, [Check, Back]), [Begin, Stuck]);
+            machine.restless(wiring, TRANSITIONS, (Start, &[Check, Back]), [Begin, Stuck]);
         machine.obey(wiring, ready);
         // Goals hold only once they are loaded.
         let never = [Fetch, Read, Start].map(|phase| (phase, Closed));

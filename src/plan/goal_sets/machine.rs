@@ -153,7 +153,7 @@ impl Machine {
         &self,
         wiring: &mut Wiring<'_, '_>,
         transitions: &[Transition<P, S>],
-        (start, failed): (P, [P; 2]),
+        (start, failed): (P, &[P]),
         calm: [P; 2],
     ) -> Group {
         let restless = wiring.latches("restless", 1);

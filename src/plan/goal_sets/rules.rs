@@ -67,4 +67,13 @@ impl Regression {
         let operators = operators.collect();
         Self { fluents, operators, mutexes, levels: levels(problem) }
     }
+
+    /// Returns whether the preconditions of an operator may hold together.
+    pub(super) fn possible(&self, operator: &Regressed) -> bool {
+        let needs = &operator.preconditions;
+        !needs
+            .iter()
+            .enumerate()
+            .any(|(i, a)| needs[..i].iter().any(|b| self.mutexes.excludes(*a, *b)))
+    }
 }

@@ -115,6 +115,8 @@ pub(super) struct Tree {
     pub kin: Group,
     /// Operators that lead to a visited set.
     pub tabu: Group,
+    /// Slots that are dead ends.
+    pub dead: Group,
 }
 
 /// Adds units that pass a group of slots on in some phases, which do not follow each other.
@@ -241,18 +243,18 @@ impl Tree {
         w.link(&forbid, &tabu, each(operators, 1.2));
         w.link(&tabu, winner, each(operators, -4.0));
         w.link(phases, &tabu, turns.freed.iter().flat_map(|p| spread(*p, operators, -5.0)));
-        retreat(w, (phases, signals), turns, [&slot, &next, &marks]);
-        Self { slot, next, shown, recalled, child, kin, tabu }
+        let dead = retreat(w, (phases, signals), turns, [&slot, &next, &marks]);
+        Self { slot, next, shown, recalled, child, kin, tabu, dead }
     }
 }
 
-/// Moves to the latest slot that is no dead end. The present one is.
+/// Moves to the latest slot that is no dead end. The present one is. Returns the dead ends.
 fn retreat(
     w: &mut Wiring<'_, '_>,
     (phases, signals): (&Group, &Group),
     turns: &Turns<'_>,
     [slot, next, marks]: [&Group; 3],
-) {
+) -> Group {
     let slots = slot.count;
     let back = || spread(turns.back, slots, 1.0);
     let leave = w.both("leave_slot", slots);
@@ -279,4 +281,5 @@ fn retreat(
     w.link(&left, &retreat, each(slots, 1.0).chain(beside).collect::<Vec<_>>());
     w.link(phases, &retreat, back());
     replace(w, &retreat, next);
+    dead
 }

@@ -7,15 +7,18 @@ use crate::plan::goal_sets::rules::{Regressed, Regression};
 /// A goal comes before another one if each operator that may achieve it deletes the other, or needs what excludes the other:
 /// were the other achieved first, it would have to be undone. (Koehler and Hoffmann, "On reasonable and forced goal orderings
 /// and their use in an agenda-driven planning algorithm", 2000.) By the time a goal is pursued, those before it hold. So
-/// operators that conflict with these do not count, and further orders follow until there are none. Orders in a circle are
-/// dropped.
+/// operators that conflict with these do not count, and further orders follow until there are none. Operators whose
+/// preconditions exclude each other never count. Orders in a circle are dropped.
 ///
 /// Costs O(rounds x (operators x goals + goals^3 / 64)), with as many rounds as the longest order.
 pub(super) fn agenda(goals: &[usize], rules: &Regression) -> Vec<[usize; 2]> {
     // By positions among the goals.
     let adders: Vec<Vec<&Regressed>> = goals
         .iter()
-        .map(|goal| rules.operators.iter().filter(|o| o.adds.contains(goal)).collect())
+        .map(|goal| {
+            let adds = rules.operators.iter().filter(|o| o.adds.contains(goal));
+            adds.filter(|o| rules.possible(o)).collect()
+        })
         .collect();
     let conflicts = |operator: &Regressed| -> Vec<usize> {
         (0..goals.len()).filter(|g| operator.threatens.binary_search(&goals[*g]).is_ok()).collect()
@@ -92,5 +95,34 @@ impl Order {
             kept.insert(a, b);
         }
         kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::goal_sets::mutex::Mutexes;
+
+    /// Operators by what they add, need and threaten.
+    fn rules(operators: &[[&[usize]; 3]]) -> Regression {
+        let operators = operators.iter().map(|[adds, needs, threatens]| Regressed {
+            adds: adds.to_vec(),
+            preconditions: needs.to_vec(),
+            threatens: threatens.to_vec(),
+            serves: Vec::new(),
+        });
+        let operators = operators.collect();
+        Regression { fluents: 8, operators, mutexes: Mutexes::of(8, []), levels: 16 }
+    }
+
+    #[test]
+    fn an_order_leads_to_further_ones_and_circles_are_dropped() {
+        // The only operator for 0 undoes 1. One for 1 undoes 2, and the other one undoes 0, which is there by then.
+        let further = rules(&[[&[0], &[], &[1]], [&[1], &[], &[2]], [&[1], &[], &[0]]]);
+        assert_eq!(agenda(&[0, 1, 2], &further), [[0, 1], [1, 2]]);
+        // Without the first order there is no second.
+        assert_eq!(agenda(&[1, 2], &further), [[0; 2]; 0]);
+        let circle = rules(&[[&[0], &[], &[1]], [&[1], &[], &[0]], [&[2], &[], &[0]]]);
+        assert_eq!(agenda(&[0, 1, 2], &circle), [[2, 0]]);
     }
 }

@@ -44,21 +44,23 @@ pub(in crate::plan::goal_sets) enum Phase {
     Done,
     /// Some goal cannot be reached from what holds, even if nothing were ever deleted.
     Stuck,
+    /// There were many dead ends. Waits until the last phase has ended: they are forgotten in the next, and it could lead elsewhere.
+    Tired,
 }
 
 use Phase::{
     Back, Check, Done, Fetch, Look, Mark, Next, Race, Read, Rest, Settle, Show, Start, Step, Stuck,
-    Up, Veto, Wave, Write,
+    Tired, Up, Veto, Wave, Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Start, Write, Settle, Look, Wave, Race, Check, Veto, Back, Read, Mark, Rest, Up, Step,
-        Fetch, Show, Next, Done, Stuck,
+        Fetch, Show, Next, Done, Stuck, Tired,
     ];
 }
 
-items!(Phase: Stuck, Signal: Idle);
+items!(Phase: Tired, Signal: Idle);
 
 impl Timed for Phase {
     fn millis(self) -> f64 {
@@ -69,7 +71,7 @@ impl Timed for Phase {
             Start | Wave => 14.0,
             Settle => 15.0,
             Write | Mark | Step => 18.0,
-            Read | Fetch => 26.0,
+            Read | Fetch | Tired => 26.0,
             Check => 24.0,
             Race | Show | Done | Stuck => 60.0,
         }
@@ -117,6 +119,8 @@ pub(in crate::plan::goal_sets) enum Signal {
     Last,
     /// Some slot is taken and no dead end, apart from the present one.
     Left,
+    /// So many slots are dead ends that it pays to begin anew.
+    Weary,
     /// A marked slot follows.
     Follows,
     /// No action is shown, or one of its preconditions does not hold, or all its effects do.
@@ -127,7 +131,7 @@ pub(in crate::plan::goal_sets) enum Signal {
 
 use Signal::{
     Beyond, Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open,
-    Reached, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Won,
+    Reached, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Weary, Won,
 };
 
 /// Signals that must have lasted, and for how many milliseconds.
@@ -159,7 +163,9 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::After(Check), Veto, &[Won, Seen], &[], &[Double, Last]),
     (When::After(Check), Write, &[Won], &[], &[Double, Last, Seen]),
     (When::After(Veto), Race, &[], &[], &[Won]),
-    (When::After(Back), Read, &[Left], &[], &[]),
+    (When::After(Back), Read, &[Left], &[], &[Weary]),
+    (When::After(Back), Tired, &[Weary], &[], &[]),
+    (When::After(Tired), Start, &[], &[], &[]),
     (When::After(Back), Start, &[], &[], &[Left]),
     (When::After(Read), Settle, &[], &[], &[]),
     (When::After(Mark), Rest, &[], &[], &[First]),
@@ -191,7 +197,8 @@ impl Control {
     /// Adds the phases and their transitions. `ready` and `busy` have one item each.
     pub fn new(w: &mut Wiring<'_, '_>, ready: &Group, busy: &Group) -> Self {
         let machine = Machine::new(w, &Phase::ALL, TRANSITIONS, &LASTING, busy);
-        let restless = machine.restless(w, TRANSITIONS, (Start, [Check, Back]), [Mark, Stuck]);
+        let restless =
+            machine.restless(w, TRANSITIONS, (Start, &[Check, Back, Tired]), [Mark, Stuck]);
         machine.obey(w, ready);
         // A state holds only once it is loaded.
         let closed = [Fetch, Read, Start].map(|phase| (phase, Closed));

@@ -18,6 +18,10 @@ use crate::sim::{In, Module, Out, Real, Scope, Vector};
 
 /// Weight of an operator that adds a goal.
 const HELPS: Real = 0.4;
+/// Weight of an operator that adds all that another one of the relaxed plan lacks.
+const COMPLETES: Real = 0.4;
+/// Weight of each operator of the relaxed plan that needs what an operator deletes.
+const THREATENS: Real = -0.2;
 /// Weight of what an operator uses up for good.
 const SPARES: Real = -0.5;
 /// Phases in which the race becomes easier to win, and the weight of each.
@@ -33,7 +37,7 @@ pub struct Progression {
     pub(super) before: Vec<[usize; 2]>,
     /// Levels of cost.
     pub(super) levels: usize,
-    /// What each operator uses up for good, from 0 to 1: how many operators need the fluents that it deletes and no operator adds.
+    /// What each operator uses up for good, from 0 to 1: see [`uses_up`].
     uses_up: Vec<Real>,
 }
 
@@ -53,8 +57,8 @@ impl Progression {
     pub(in crate::plan::goal_sets) fn units(problem: &Grounded, slots: usize) -> usize {
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let adds: usize = problem.operators.iter().map(|o| o.adds.len()).sum();
-        let rules = fluents.saturating_mul(23 + 2 * levels(problem));
-        let rules = rules + operators.saturating_mul(14) + 3 * adds;
+        let rules = fluents.saturating_mul(26 + 2 * levels(problem));
+        let rules = rules + operators.saturating_mul(16) + 3 * adds;
         rules.saturating_add(Layout::new(fluents, operators, slots).units())
     }
 
@@ -104,10 +108,19 @@ impl Progression {
 }
 
 /// Returns what each operator uses up for good, relative to the one that uses up most.
+///
+/// Of the fluents that it deletes and no operator adds, each counts as much as others depend on it: by the sum over the operators
+/// that need it, and over what these add, of one over the number of operators that add that. What serves only those who can be
+/// served otherwise counts little.
 fn uses_up(problem: &Grounded) -> Vec<Real> {
+    let mut adders = vec![0; problem.fluents.len()];
+    problem.operators.iter().flat_map(|o| &o.adds).for_each(|f| adders[*f] += 1);
     let mut needed = vec![0.0; problem.fluents.len()];
-    problem.operators.iter().flat_map(|o| &o.preconditions).for_each(|f| needed[*f] += 1.0);
-    problem.operators.iter().flat_map(|o| &o.adds).for_each(|f| needed[*f] = 0.0);
+    for operator in &problem.operators {
+        let depends: Real = operator.adds.iter().map(|f| 1.0 / adders[*f] as Real).sum();
+        let lost = operator.preconditions.iter().filter(|f| adders[**f] == 0);
+        lost.for_each(|f| needed[*f] += depends);
+    }
     let used = problem.operators.iter().map(|o| o.deletes.iter().map(|f| needed[*f]).sum());
     let used: Vec<Real> = used.collect();
     let most = used.iter().fold(1.0, |most: Real, used| most.max(*used));
@@ -200,10 +213,18 @@ impl Module for ForwardGraph {
 
         let race_phase = Phase::Race as usize;
         let growing = (phases, &control.elapsed, &control.restless);
-        let bias: Vec<Real> = rules.uses_up.iter().map(|used| -0.7 + SPARES * used).collect();
+        let mut bias: Vec<Real> = rules.uses_up.iter().map(|used| -0.7 + SPARES * used).collect();
+        // Its own need of what it deletes is no threat.
+        for (f, a, _) in rules.deletes(1.0) {
+            if rules.operators[a].preconditions.contains(&f) {
+                bias[a] -= THREATENS;
+            }
+        }
         let utilities = utilities(w, growing, (race_phase, &URGES), &bias);
         w.link(&barred, &utilities, each(operators, BAR));
         w.link(&plan.wanted, &utilities, rules.adds(HELPS));
+        w.link(&plan.last, &utilities, rules.adds(COMPLETES));
+        w.link(&plan.claims, &utilities, rules.deletes(THREATENS));
         let turns = Turns {
             race: race_phase,
             check: Phase::Check as usize,

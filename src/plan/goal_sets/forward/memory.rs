@@ -4,6 +4,13 @@ use super::control::{Phase, Signal};
 use super::graph::Progression;
 use crate::plan::goal_sets::tree::{Layout, Tree, Turns, Visited, gated};
 use crate::plan::goal_sets::wiring::{AND, Group, Wiring, each, gather, replace, spread};
+use crate::sim::Real;
+
+/// Weight with which dead ends make the search weary: about twenty of them do.
+///
+/// A search in the order of depth can stay among dead ends for long. To begin anew, with other choices, costs little. (Gomes,
+/// Selman and Kautz, "Boosting combinatorial search through randomization", 1998.)
+const TIRES: Real = 0.022;
 
 const fn at(phase: Phase) -> usize {
     phase as usize
@@ -39,6 +46,8 @@ pub(super) fn memory(
     let moving = (state, winner);
     let tree = Tree::new(w, layout, (phases, signals), &TURNS, moving, changes, Visited::Within);
     let (slot, slots) = (&tree.slot, layout.slots);
+
+    w.link(&tree.dead, signals, gather(slots, Signal::Weary as usize, TIRES));
 
     let path = w.latches("path", slots);
     let marking = gated(w, "mark_path", slot, phases, &[at(Phase::Mark)]);

@@ -6,7 +6,7 @@ use super::lower::Ground;
 use super::operators::{self, Compiled};
 use super::reach::Call;
 use super::schema::Schema;
-use super::ways::{Code, Known, Part, Way, join};
+use super::ways::{Code, Known, Part, Way};
 use super::{Fluent, GroundFault, GroundOperator, Grounded};
 use crate::plan::strips::formula::Number;
 use crate::plan::strips::pddl::{Action, Fact, Literal, Problem};
@@ -57,11 +57,13 @@ impl Assembly<'_, '_, '_> {
         goal.extend(single.iter().flat_map(|(ways, _)| &ways[0]));
         goal.sort_unstable();
         goal.dedup();
-        // Facts that stand for what has alternatives. What changes one of its facts makes it false.
+        // Facts that stand for what has alternatives. What changes one of its facts makes it false, unless it is all of the
+        // goal: then its operator is the last.
+        let last = open.len() == 1 && goal.is_empty();
         let mut changed: BTreeMap<Code, BTreeSet<Code>> = BTreeMap::new();
         for (at, (ways, _)) in open.iter().enumerate() {
             holds_first.push(false);
-            for code in ways.iter().flatten().filter(|_| open.len() > 1) {
+            for code in ways.iter().flatten().filter(|_| !last) {
                 changed.entry(code ^ 1).or_default().insert(2 * (count + at) as u32 + 1);
             }
         }
@@ -72,16 +74,13 @@ impl Assembly<'_, '_, '_> {
         }
         for (at, (ways, _)) in open.iter().enumerate() {
             let effects = vec![2 * (count + at) as u32];
-            let around: &[Code] = if open.len() > 1 { &[] } else { &goal };
-            for needs in ways.iter().filter_map(|way| join(around, way)) {
+            for way in ways {
                 let (call, cost) = (None, Number::default());
-                self.compiled.push(Compiled { call, needs, effects: effects.clone(), cost });
+                let (needs, effects) = (way.clone(), effects.clone());
+                self.compiled.push(Compiled { call, needs, effects, cost });
             }
         }
-        match open.len() {
-            1 => goal = vec![2 * count as u32],
-            several => goal.extend((0..several).map(|at| 2 * (count + at) as u32)),
-        }
+        goal.extend((0..open.len()).map(|at| 2 * (count + at) as u32));
         goal.sort_unstable();
         goal.dedup();
         let reached = operators::with_negation(&mut self.compiled, &holds_first);
