@@ -126,6 +126,26 @@ fn a_new_intervention_takes_the_place_of_those_ahead() {
 }
 
 #[test]
+fn a_mark_of_one_run_is_not_reached_on_the_path_of_another() {
+    let model = Touched::new(3, "exact");
+    let mut live = Live::new(model.start(1), tight()).unwrap();
+    live.step(10).unwrap();
+    let (own, state) = (live.mark().unwrap(), live.sim().checkpoint().unwrap());
+    let mut other = model.start(1);
+    other.intervene(&silence("goal")).unwrap();
+    let mut other = Live::new(other, tight()).unwrap();
+    other.step(5).unwrap();
+    let foreign = other.mark().unwrap();
+    live.return_to(&foreign).unwrap();
+    live.step(15).unwrap();
+    live.return_to(&own).unwrap();
+    // What was passed on the other path is no past of this one.
+    assert_eq!(live.earliest(), 10);
+    assert_eq!(live.seek(7).unwrap_err(), LiveError::TooFarBack { asked: 7, earliest: 10 });
+    assert!(live.sim().checkpoint().unwrap() == state);
+}
+
+#[test]
 fn branches_go_on_independently() {
     for mode in ["exact", "rate", "spiking"] {
         let model = Touched::new(4, mode);

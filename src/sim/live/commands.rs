@@ -10,6 +10,8 @@ use crate::sim::run::intervention::{Intervention, InterventionError};
 
 /// Greatest number of commands that wait, and of refusals that are kept.
 const MOST: usize = 1_024;
+/// Greatest number of commands that are made between two ticks.
+const MOST_A_TICK: usize = 64;
 
 /// Sends interventions to a [`Live`](super::Live) run, from any thread.
 #[derive(Debug, Clone)]
@@ -83,9 +85,9 @@ impl Inbox {
         self.commands.waiting.load(Ordering::Acquire) > 0
     }
 
-    /// Takes the commands that wait, but no more than may: a sender may never stop.
+    /// Takes the commands that wait, but no more than a tick has time for: a sender may never stop.
     pub fn take(&mut self) -> Vec<Intervention> {
-        let all: Vec<_> = self.receiver.try_iter().take(MOST).collect();
+        let all: Vec<_> = self.receiver.try_iter().take(MOST_A_TICK).collect();
         self.commands.waiting.fetch_sub(all.len(), Ordering::AcqRel);
         all
     }

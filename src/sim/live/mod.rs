@@ -142,7 +142,7 @@ impl Live {
     /// Takes a run at any tick. Interventions of the run up to there are in force, but not in the log.
     ///
     /// # Errors
-    /// As [`Simulator::checkpoint`].
+    /// As [`Simulator::checkpoint`], except that a world may refuse.
     pub fn new(sim: Simulator, options: LiveOptions) -> Result<Self, LiveError> {
         let inbox = Inbox::new();
         let ring = Ring::new(options.memory_bytes, options.spacing_ticks);
@@ -280,7 +280,12 @@ impl Live {
         if tick < self.sim.tick() || self.sim.check_whole().is_err() {
             let earliest = self.earliest();
             let too_far = LiveError::TooFarBack { asked: tick, earliest };
-            let (checkpoint, made) = self.ring.at_or_before(tick).ok_or(too_far)?;
+            let Some((checkpoint, made)) = self.ring.at_or_before(tick) else {
+                if tick >= self.sim.tick() {
+                    self.sim.check_whole()?;
+                }
+                return Err(too_far);
+            };
             self.sim.restore(&checkpoint)?;
             self.made = made;
         }
@@ -314,7 +319,10 @@ impl Live {
         }
         match own {
             true => self.ring.keep_path(&self.log, &mark.log, mark.tick()),
-            false => self.ring.clear(),
+            false => {
+                self.ring.clear();
+                self.run = mark.run.clone();
+            }
         }
         self.log.clone_from(&mark.log);
         self.made = self.log.len();

@@ -247,6 +247,12 @@ impl InForce {
         now
     }
 
+    /// Overwrites the registered outputs within a range.
+    fn hold_within(&self, range: Span, registered: &mut [Real]) {
+        let within = |hold: &&Hold| range.start <= hold.span.start && hold.span.end <= range.end;
+        self.registered.iter().filter(within).for_each(|hold| hold.write(&self.values, registered));
+    }
+
     /// Overwrites registered outputs.
     #[inline]
     pub fn hold_registered(&self, registered: &mut [Real]) {
@@ -299,27 +305,29 @@ impl Simulator {
     pub fn intervene(&mut self, what: &Intervention) -> Result<(), InterventionError> {
         let mut changes = self.changes.clone();
         changes.add(&self.graph, what)?;
-        if let Intervention::Noise { at: None, scale } = what {
-            self.noise = *scale;
-        }
         self.put_in_force(changes);
+        if let Intervention::Noise { at, scale } = what {
+            if at.is_none() {
+                self.noise = *scale;
+            }
+            self.draw_anew();
+        }
         if let (Intervention::Release { .. }, Some(link), Some(world)) =
             (what, &self.graph.world, &self.world)
         {
             // A register keeps a sense until the end of the world's period.
             world.sense(&mut self.arenas.registered[link.sense.of()]);
-            self.in_force.hold_registered(&mut self.arenas.registered);
+            self.in_force.hold_within(link.sense, &mut self.arenas.registered);
         }
         Ok(())
     }
 
-    /// Replaces all changes.
+    /// Replaces all changes. The noise of nodes is that of before until it is drawn anew.
     pub(in crate::sim) fn put_in_force(&mut self, mut changes: Changes) {
         let room = changes.silent.len().max(changes.muted.len());
         changes.muted.reserve_exact(room - changes.muted.len());
         self.in_force = InForce::of(&self.graph, &changes);
         self.changes = changes;
-        self.draw_anew();
     }
 
     /// Gives every node its seed and its factor of noise.

@@ -172,6 +172,7 @@ impl Simulator {
         self.noise = checkpoint.noise;
         self.seed = checkpoint.seed;
         self.put_in_force(checkpoint.changes.clone());
+        self.draw_anew();
         self.interrupted = None;
         Ok(())
     }

@@ -203,6 +203,7 @@ impl Simulator {
         self.tick = 0;
         (self.seed, self.noise) = self.start;
         self.put_in_force(Changes::default());
+        self.draw_anew();
         self.clear_recordings();
         let Self { graph, arenas, team, seed, noise, .. } = self;
         arenas.clear();

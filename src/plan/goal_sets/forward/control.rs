@@ -44,7 +44,8 @@ pub(in crate::plan::goal_sets) enum Phase {
     Done,
     /// Some goal cannot be reached from what holds, even if nothing were ever deleted.
     Stuck,
-    /// There were many dead ends. Waits until the last phase has ended: they are forgotten in the next, and it could lead elsewhere.
+    /// There were many dead ends. Waits until the phase before has ended: the next one forgets the dead ends, and without them the
+    /// phase before would lead elsewhere.
     Tired,
 }
 
@@ -166,7 +167,7 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::After(Back), Read, &[Left], &[], &[Weary]),
     (When::After(Back), Tired, &[Weary], &[], &[]),
     (When::After(Tired), Start, &[], &[], &[]),
-    (When::After(Back), Start, &[], &[], &[Left]),
+    (When::After(Back), Start, &[], &[], &[Left, Weary]),
     (When::After(Read), Settle, &[], &[], &[]),
     (When::After(Mark), Rest, &[], &[], &[First]),
     (When::After(Mark), Step, &[First], &[], &[]),

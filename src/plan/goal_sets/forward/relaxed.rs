@@ -27,7 +27,7 @@ pub(super) struct Relaxed {
     pub wanted: Group,
     /// Operators of the relaxed plan.
     pub used: Group,
-    /// Fluents that are all that some operator of the relaxed plan lacks.
+    /// Fluents that are the only missing precondition of some operator of the relaxed plan.
     pub last: Group,
     /// How many operators of the relaxed plan need each fluent, at most [`CLAIMS`].
     pub claims: Group,

@@ -6,7 +6,7 @@ use super::lower::Ground;
 use super::operators::{self, Compiled};
 use super::reach::Call;
 use super::schema::Schema;
-use super::ways::{Code, Known, Part, Way};
+use super::ways::{Code, Known, Part, Way, join};
 use super::{Fluent, GroundFault, GroundOperator, Grounded};
 use crate::plan::strips::formula::Number;
 use crate::plan::strips::pddl::{Action, Fact, Literal, Problem};
@@ -60,10 +60,14 @@ impl Assembly<'_, '_, '_> {
         // Facts that stand for what has alternatives. What changes one of its facts makes it false, unless it is all of the
         // goal: then its operator is the last.
         let last = open.len() == 1 && goal.is_empty();
+        // Ways that contradict the rest of the goal lead nowhere.
+        let possible = |way: &&Way| join(&goal, way).is_some();
+        let alternatives: Vec<Vec<&Way>> =
+            open.iter().map(|(ways, _)| ways.iter().filter(possible).collect()).collect();
         let mut changed: BTreeMap<Code, BTreeSet<Code>> = BTreeMap::new();
-        for (at, (ways, _)) in open.iter().enumerate() {
+        for (at, ways) in alternatives.iter().enumerate() {
             holds_first.push(false);
-            for code in ways.iter().flatten().filter(|_| !last) {
+            for code in ways.iter().copied().flatten().filter(|_| !last) {
                 changed.entry(code ^ 1).or_default().insert(2 * (count + at) as u32 + 1);
             }
         }
@@ -72,11 +76,11 @@ impl Assembly<'_, '_, '_> {
             let ends: BTreeSet<Code> = ends.flatten().copied().collect();
             operator.effects.extend(ends);
         }
-        for (at, (ways, _)) in open.iter().enumerate() {
+        for (at, ways) in alternatives.iter().enumerate() {
             let effects = vec![2 * (count + at) as u32];
             for way in ways {
                 let (call, cost) = (None, Number::default());
-                let (needs, effects) = (way.clone(), effects.clone());
+                let (needs, effects) = ((*way).clone(), effects.clone());
                 self.compiled.push(Compiled { call, needs, effects, cost });
             }
         }
