@@ -296,7 +296,7 @@ fn faults_of_maps_and_ensembles_say_what_is_expected() {
     graph.route(&a >> &nan);
     graph.route(&nan.output("rot") >> &two);
     let built = graph.build(Timebase::default(), &lif(), Seed::new(1));
-    let all = built.err().map(|error| error.to_string()).unwrap_or_default();
+    let all = built.err().map(|error| format!("{error:#}")).unwrap_or_default();
     for expected in [
         "`transform(a.out) >> two`: row 0 of the matrix has 3 columns; expected 2, as many",
         "`a.out[1..4] >> two`: there are no components 1..4",
@@ -318,7 +318,7 @@ fn a_function_that_is_not_finite_is_refused() {
     let root = graph.add("root", Ensemble::new(1).decode("root", 1, |x, out| out[0] = x[0].sqrt()));
     graph.route(&a >> &root);
     let built = graph.build(Timebase::default(), &lif(), Seed::new(1));
-    let text = built.err().map(|error| error.to_string()).unwrap_or_default();
+    let text = built.err().map(|error| format!("{error:#}")).unwrap_or_default();
     assert!(text.contains("expected finite values within the radius"), "{text}");
 }
 
@@ -414,7 +414,7 @@ fn rules_with_one_name_and_the_names_of_their_parts_are_refused_once() {
     let state = graph.add("state", State::new(&things));
     graph.route(&one >> &state);
     let built = graph.start(&lif(), Seed::new(1));
-    let text = built.err().map(|error| error.to_string()).unwrap_or_default();
+    let text = built.err().map(|error| format!("{error:#}")).unwrap_or_default();
     let faults: Vec<&str> = text.lines().skip(1).map(str::trim).collect();
     let expected = [
         "- `ensemble/neurons`: the radius is -1; expected a finite number above 0",
@@ -496,7 +496,7 @@ fn numbers_that_are_not_finite_and_parts_that_are_too_large_are_refused_with_the
         graph.add(name, ensemble);
     }
     let built = graph.start(&lif(), Seed::new(1));
-    let text = built.err().map(|error| error.to_string()).unwrap_or_default();
+    let text = built.err().map(|error| format!("{error:#}")).unwrap_or_default();
     for fault in [
         "`a.out * (NaN * BLUE) >> state`: a constant has the number NaN; expected finite numbers",
         "`dot(a.out, inf * BLUE) >> number`: a constant has the number",
