@@ -308,7 +308,7 @@ fn faults_of_arrays_name_the_dataset_and_the_row() {
         ),
         (
             r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/a_pos"}}}]"#,
-            "field `data/demo_0/obs/a_pos`: there is no such dataset; expected one of: data/demo_0/actions",
+            "field `data/demo_0/obs/a_pos`: there is no such dataset; expected one of: data/demo_0/obs/cube_pos",
         ),
         (
             r#", "rate_hz": 20, "datasets": [{"group": "data/demo_*", "objects": {"a": {"position": "obs/cube_quat"}}}]"#,
