@@ -20,35 +20,26 @@ use symbolt::task::{Recording, Snapshot, TaskError, demonstrate};
 
 use super::end::Outcome;
 use super::kind::{Given, Kind, parsed};
-use super::options::{Common, whole};
+use super::options::Seedless;
 use super::output::{answer, facts, use_threads, warn};
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct CheckArgs {
     /// File to check; - for standard input
     pub file: PathBuf,
-    /// Worker threads, 0 for one per core; results do not change
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
-    pub threads: usize,
-    /// Do not print progress to standard error
-    #[arg(long)]
-    pub quiet: bool,
-    /// Print JSON instead of tables
-    #[arg(long)]
-    pub json: bool,
+    // Nothing that is checked depends on a seed.
+    #[command(flatten)]
+    pub common: Seedless,
 }
 
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Error> {
-    let CheckArgs { threads, quiet, json, .. } = *args;
-    // Nothing that is checked depends on the seed.
-    let common = Common { seed: 0, threads, quiet, json };
-    use_threads(&common)?;
+    use_threads(&args.common)?;
     let given = Given { path: &args.file, takes: &CHECKED };
     let name = args.file.display().to_string();
     let found = parsed(given, Limit::ANY, &[], |bytes, _| inspect(bytes, &args.file))?;
     let kind = found["kind"].as_str().unwrap_or("file");
     let text = || format!("{name}: a valid {kind}: {}", facts(&found));
-    answer(&common, || found.clone(), text)
+    answer(&args.common, || found.clone(), text)
 }
 
 /// The kinds that can be checked.

@@ -1,6 +1,7 @@
 //! Options that several commands share.
 
 use std::borrow::Cow;
+use std::ops::Deref;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -31,6 +32,21 @@ pub(crate) struct Common {
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>)]
     pub seed: u64,
+    #[command(flatten)]
+    pub seedless: Seedless,
+}
+
+impl Deref for Common {
+    type Target = Seedless;
+
+    fn deref(&self) -> &Seedless {
+        &self.seedless
+    }
+}
+
+/// Those of the options that a command without random numbers has as well.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Seedless {
     /// Worker threads, 0 for one per core; results do not change
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
     pub threads: usize,
@@ -416,34 +432,16 @@ pub(crate) struct SyntheticArgs {
     #[arg(long, default_value = "either", requires = "kinematic", value_parser = named(&ORDERS))]
     pub order: Order,
     /// Probability that an attempt fails, 0 to 0.9
-    #[arg(
-        long,
-        value_name = "RATE",
-        default_value_t = 0.0,
-        requires = "kinematic",
-        conflicts_with = "scene"
-    )]
-    #[arg(value_parser = number::<f64>)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
+    #[arg(requires = "kinematic", conflicts_with = "scene")]
     pub fail_rate: f64,
     /// Probability that a failed attempt loses its part, 0 to 1
-    #[arg(
-        long,
-        value_name = "RATE",
-        default_value_t = 0.0,
-        requires = "kinematic",
-        conflicts_with = "scene"
-    )]
-    #[arg(value_parser = number::<f64>)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
+    #[arg(requires = "kinematic", conflicts_with = "scene")]
     pub loss_rate: f64,
     /// Probability that an attempt moves another part, 0 to 1
-    #[arg(
-        long,
-        value_name = "RATE",
-        default_value_t = 0.0,
-        requires = "kinematic",
-        conflicts_with = "scene"
-    )]
-    #[arg(value_parser = number::<f64>)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = number::<f64>)]
+    #[arg(requires = "kinematic", conflicts_with = "scene")]
     pub knock_rate: f64,
     /// Leave out times, events and touched objects
     #[arg(long, requires = "kinematic", conflicts_with = "scene")]

@@ -14,7 +14,7 @@ use symbolt::files::{Overwrite, ResultFolder, check_output, write_atomic};
 use symbolt::sim::plain;
 
 use super::end::{BadArgument, Outcome};
-use super::options::{Common, OutFile};
+use super::options::{OutFile, Seedless};
 use super::rank::{leads, own};
 use super::table::counted;
 
@@ -56,7 +56,7 @@ impl<W: Write> Write for Lines<W> {
 
 /// Writes a JSON object with `--json`, otherwise a text.
 pub(crate) fn answer(
-    common: &Common,
+    common: &Seedless,
     json: impl FnOnce() -> Value,
     text: impl FnOnce() -> String,
 ) -> Result<Outcome, Error> {
@@ -66,7 +66,7 @@ pub(crate) fn answer(
 
 /// As [`answer`], but with `--quiet` without the text.
 pub(crate) fn answer_unless_quiet(
-    common: &Common,
+    common: &Seedless,
     json: impl FnOnce() -> Value,
     text: impl FnOnce() -> String,
 ) -> Result<Outcome, Error> {
@@ -166,7 +166,7 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    pub fn new(common: &Common) -> Self {
+    pub fn new(common: &Seedless) -> Self {
         let quiet = common.quiet || !leads();
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         let progress = Self { lines: !quiet && bar.is_hidden(), bar };
@@ -256,7 +256,7 @@ pub(crate) fn tell(message: &str) {
 }
 
 /// Sets the number of worker threads.
-pub(crate) fn use_threads(common: &Common) -> Result<(), Error> {
+pub(crate) fn use_threads(common: &Seedless) -> Result<(), Error> {
     if common.threads > 1024 {
         return Err(BadArgument::range("--threads", common.threads, "0 to 1024").into());
     }

@@ -23,6 +23,7 @@ pub use page::TITLE;
 
 use crate::files::{FileError, Limit, read_regular_file};
 use crate::robot::scene::{Outline, SceneSpec};
+use crate::sim::cut;
 use crate::task::TaskError;
 use crate::task::domain::RelationalDomain;
 use crate::task::recording::Recording;
@@ -110,10 +111,7 @@ struct Reader<'a> {
 
 /// Shortens a sentence that quotes a long text of a damaged file.
 fn shortened(sentence: String) -> String {
-    if sentence.len() <= MAX_SENTENCE {
-        return sentence;
-    }
-    sentence.chars().take(MAX_SENTENCE).chain("...".chars()).collect()
+    cut(&sentence, MAX_SENTENCE).into_owned()
 }
 
 impl Reader<'_> {

@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::time::ConfigError;
-use super::words::few;
+use super::words::{cut, few};
 
 /// One fault in the description of a graph. [`BuildErrors`] collects all of them.
 ///
@@ -77,7 +77,7 @@ pub enum BuildError {
     UnknownLayer {
         /// The path asked for.
         asked: String,
-        /// Paths of all layers, the most similar ones first.
+        /// Paths of layers, the most similar ones first, at most 10.
         choices: Vec<String>,
     },
     /// A handle that another builder returned.
@@ -257,7 +257,7 @@ fn offered(choices: &[String]) -> String {
 }
 
 /// Names joined for a message.
-fn list(items: &[String]) -> String {
+pub(in crate::sim) fn list(items: &[String]) -> String {
     if items.is_empty() { "none".into() } else { few(items.iter().map(|name| format!("`{name}`"))) }
 }
 
@@ -283,10 +283,7 @@ impl fmt::Display for BuildErrors {
             if index > 0 && (index == SHOWN[0] || length > SHOWN[2]) {
                 return write!(f, "\n  and {} more", self.0.len() - index);
             }
-            match fault.char_indices().nth(SHOWN[1]) {
-                Some((at, _)) => write!(f, "\n  - {}...", &fault[..at])?,
-                None => write!(f, "\n  - {fault}")?,
-            }
+            write!(f, "\n  - {}", cut(&fault, SHOWN[1]))?;
         }
         Ok(())
     }

@@ -160,5 +160,5 @@ pub use seed::Seed;
 pub(crate) use seed::{FNV_START, fnv1a, fnv1a_word, mix64};
 pub use time::{ConfigError, SimDuration, Timebase};
 pub(crate) use unoptimised::warn as warn_if_unoptimised;
+pub(crate) use words::{cut, nearest_name, question};
 pub use words::{few, is_plain, meant, nearest_first, plain};
-pub(crate) use words::{nearest_name, question};

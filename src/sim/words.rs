@@ -37,12 +37,17 @@ pub fn few<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
             text.push_str(", ");
         }
         count += 1;
-        match name.char_indices().nth(LONG[1]) {
-            Some((at, _)) => text.extend([&name[..at], "..."]),
-            None => text.push_str(name),
-        }
+        text += &cut(name, LONG[1]);
     }
     text
+}
+
+/// Cuts off a text after so many characters.
+pub(crate) fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        Some((at, _)) => format!("{}...", &text[..at]).into(),
+        None => text.into(),
+    }
 }
 
 /// Returns whether a terminal shows every character of a text and obeys none: no control character, and none that turns the
@@ -87,16 +92,27 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 pub fn nearest_first<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
     let mut names: Vec<&str> = names.into_iter().collect();
     if names.len() > MOST {
-        // `FORK` is nearer to `FORK_AT_PLATE` than to `CUP`.
-        let lower = written.to_lowercase();
-        let apart = |name: &&str| {
-            let inside = !lower.is_empty() && name.to_lowercase().contains(&lower);
-            edits(written, name).map_or(usize::MAX, |edits| if inside { 1 } else { edits })
-        };
         let compared = names.len().min(COMPARED);
-        names[..compared].sort_by_cached_key(apart);
+        names[..compared].sort_by_cached_key(|name| apart(written, name));
     }
     few(names)
+}
+
+/// Returns the ten names that are most like `written`, those first that are most like it.
+pub(crate) fn nearest(written: &str, names: impl IntoIterator<Item = String>) -> Vec<String> {
+    let compared = names.into_iter().take(COMPARED);
+    let mut ranked: Vec<_> = compared.map(|name| (apart(written, &name), name)).collect();
+    ranked.sort();
+    ranked.dedup();
+    ranked.into_iter().map(|(_, name)| name).take(MOST).collect()
+}
+
+/// Returns how far a name is from what was written. One that contains it is near.
+pub(crate) fn apart(written: &str, name: &str) -> usize {
+    // `FORK` is nearer to `FORK_AT_PLATE` than to `CUP`.
+    let lower = written.to_lowercase();
+    let inside = !lower.is_empty() && name.to_lowercase().contains(&lower);
+    edits(written, name).map_or(usize::MAX, |edits| if inside { edits.min(1) } else { edits })
 }
 
 /// Returns a question about the name that was probably meant, as a part of a sentence; empty if no name is near.

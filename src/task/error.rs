@@ -1,6 +1,5 @@
 //! Errors of recordings, learning, domains, planning and execution.
 
-use std::borrow::Cow;
 use std::path::PathBuf;
 
 use thiserror::Error;
@@ -9,12 +8,12 @@ use crate::files::FileError;
 use crate::neurons::SolvedFileError;
 use crate::plan::goal_sets::GoalSetError;
 use crate::robot::RobotError;
-use crate::sim::{BuildErrors, LiveError, SimError, meant, nearest_first, question};
+use crate::sim::{BuildErrors, LiveError, SimError, cut, meant, nearest_first, question};
 use crate::spa::VocabError;
 
 /// A fault in an input file: where it is, what was found and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{}{}: {}; expected {}", file, place(.line, .field), short(.problem), short(.expected))]
+#[error("{}{}: {}; expected {}", file, place(.line, .field), cut(.problem, LONGEST), cut(.expected, LONGEST))]
 pub struct InputFault {
     /// Name of the file, or another name for the source of the text.
     pub file: String,
@@ -27,6 +26,9 @@ pub struct InputFault {
     /// What was expected instead.
     pub expected: String,
 }
+
+/// Greatest number of characters of a problem, which may quote thousands of a file.
+const LONGEST: usize = 400;
 
 /// Number of names that serde may list.
 const FEW: usize = 10;
@@ -53,15 +55,6 @@ pub(super) fn json_problem(error: &serde_json::Error) -> String {
         text += &question;
     }
     text
-}
-
-/// Cuts off the end of a text that quotes thousands of characters of a file.
-fn short(text: &str) -> Cow<'_, str> {
-    const LONGEST: usize = 400;
-    match text.char_indices().nth(LONGEST) {
-        Some((at, _)) => format!("{}...", &text[..at]).into(),
-        None => text.into(),
-    }
 }
 
 fn place(line: &Option<usize>, field: &str) -> String {

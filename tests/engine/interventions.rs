@@ -379,8 +379,8 @@ fn places_are_found_by_node_module_and_the_names_that_modules_give() {
         |sim: &mut Simulator, what: Intervention| sim.intervene(&what).unwrap_err().to_string();
     assert_eq!(
         refused(&mut sim, silence("pair/iner")),
-        "the graph has no output, node or module `pair/iner`; the most similar: `pair/inner`, `pair/inner.out`, \
-         `pair/spare`, `pair/spare.out`, `pair-2.out`, `pair.output`, `pair-2`, `pair`"
+        "the graph has no output, node or module `pair/iner`; the most similar: `pair/inner`, `pair/spare`, \
+         `pair`, `pair-2`, `pair/inner.out`, `pair-2.out`, `pair.output`, `pair/spare.out`"
     );
     assert_eq!(
         refused(&mut sim, clamp("pair", &[1.0])),

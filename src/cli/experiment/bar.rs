@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use symbolt::task::event::{Event, Observer};
 
-use crate::cli::options::Common;
+use crate::cli::options::Seedless;
 use crate::cli::output::warn;
 
 /// Shows progress and the remaining time: a bar on a terminal, a line every 10 seconds elsewhere.
@@ -29,7 +29,7 @@ struct Lines {
 const EVERY: Duration = Duration::from_secs(10);
 
 impl Bar {
-    pub fn new(common: &Common, total: u64) -> Self {
+    pub fn new(common: &Seedless, total: u64) -> Self {
         let bar = if common.quiet { ProgressBar::hidden() } else { ProgressBar::new(total) };
         let template = "{wide_bar} {pos} of {len} trials, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {

@@ -5,12 +5,12 @@ use symbolt::study::experiment::{Results, Row};
 use symbolt::study::statistics::{FEW_TRIALS, Statistic};
 
 use crate::cli::end::Outcome;
-use crate::cli::options::Common;
+use crate::cli::options::Seedless;
 use crate::cli::output::answer;
 use crate::cli::table::{Grid, wrapped};
 
 /// Prints the table of an experiment.
-pub(crate) fn show(common: &Common, results: &Results) -> Result<Outcome, Error> {
+pub(crate) fn show(common: &Seedless, results: &Results) -> Result<Outcome, Error> {
     answer(
         common,
         || results.to_json(),

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::sim::is_plain;
+use crate::sim::{cut, is_plain};
 
 /// Greatest length of a text, in bytes: 64 MiB.
 const MAX_BYTES: usize = 64 << 20;
@@ -88,10 +88,7 @@ impl Node {
 }
 
 pub(super) fn short(word: &str) -> String {
-    if word.chars().count() <= 60 {
-        return word.to_owned();
-    }
-    word.chars().take(60).collect::<String>() + "..."
+    cut(word, 60).into_owned()
 }
 
 /// Greatest number of warnings about a text.

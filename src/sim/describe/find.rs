@@ -6,6 +6,7 @@ use std::cmp::Reverse;
 use super::draft::{Body, NodeDraft};
 use super::kind::Kind;
 use crate::sim::error::BuildError;
+use crate::sim::words::{apart, nearest};
 
 /// Finds the output of kind `K` with a name that [`probe_at`](crate::sim::GraphBuilder::probe_at) accepts: indices of node and
 /// port.
@@ -28,11 +29,11 @@ pub(in crate::sim) fn output<K: Kind>(
             let full = format!("{}.{}", node.path, declared.name);
             let label = &declared.spec.kind_label;
             let shown = exposed.unwrap_or(&full);
-            all.push((Reverse((called, in_common(shown, name))), format!("{shown}: {label}")));
+            all.push((Reverse(called), apart(name, shown), format!("{shown}: {label}")));
         }
     }
     all.sort();
-    let choices = all.into_iter().map(|(_, choice)| choice).collect();
+    let choices = all.into_iter().map(|(.., choice)| choice).collect();
     Err(BuildError::UnknownOutput { asked: name.into(), kind: K::label(), choices })
 }
 
@@ -53,20 +54,7 @@ pub(in crate::sim) fn layer(nodes: &[NodeDraft], path: &str) -> Result<usize, Bu
     if let (Some(index), None) = (inside.next(), inside.next()) {
         return Ok(index);
     }
-    let mut all: Vec<(Reverse<usize>, String)> = nodes
-        .iter()
-        .filter(|node| fires(node))
-        .map(|node| (Reverse(in_common(&node.path, path)), node.path.clone()))
-        .collect();
-    all.sort();
-    let choices = all.into_iter().map(|(_, path)| path).collect();
+    let firing = nodes.iter().filter(|node| fires(node));
+    let choices = nearest(path, firing.map(|node| node.path.clone()));
     Err(BuildError::UnknownLayer { asked: path.into(), choices })
-}
-
-/// Returns how many characters two names have in common at their beginnings and ends, to put likely choices first.
-pub(in crate::sim) fn in_common(a: &str, b: &str) -> usize {
-    let same = |(a, b): &(u8, u8)| a == b;
-    let start = a.bytes().zip(b.bytes()).take_while(same).count();
-    let end = a.bytes().rev().zip(b.bytes().rev()).take_while(same).count();
-    (start + end).min(a.len()).min(b.len())
 }

@@ -9,7 +9,8 @@ use thiserror::Error;
 use crate::files::{Limit, read_file};
 use crate::sim::build::graph::Graph;
 use crate::sim::run::changes::Changes;
-use crate::sim::run::intervention::{Intervention, InterventionError, short};
+use crate::sim::run::intervention::{Intervention, InterventionError};
+use crate::sim::words::cut;
 
 /// An intervention with its tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -132,7 +133,7 @@ impl InterventionLog {
             serde_json::from_str(row).map_err(|error| {
                 let column = error.column();
                 let place = format!(" at line {} column {column}", error.line());
-                let reason = short(&error.to_string().replace(&place, ""));
+                let reason = cut(&error.to_string().replace(&place, ""), 300).into();
                 LogError::Line { line, column, reason }
             })
         };

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::intervention::{Intervention, InterventionError, Place, similar};
+use super::intervention::{Intervention, InterventionError, Place};
 use super::simulator::Simulator;
 use super::stage::Random;
 use crate::sim::build::graph::{Graph, Source};
 use crate::sim::real::{Real, Span};
+use crate::sim::words::nearest;
 
 /// An output that does not show what its node computes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,7 +98,7 @@ impl Changes {
                         let outputs = 0..graph.nodes[node].outs.len();
                         outputs.map(move |output| graph.output_name(node, output))
                     });
-                    let choices = similar(names, output);
+                    let choices = nearest(output, names);
                     return Err(InterventionError::NotASource { output: output.into(), choices });
                 }
                 put(&mut self.set, held);
@@ -170,7 +171,7 @@ impl Changes {
             return Ok(());
         }
         let name = |held: &Held| graph.output_name(held.node as usize, held.output as usize);
-        let held = similar(self.held.iter().map(name), at);
+        let held = nearest(at, self.held.iter().map(name));
         Err(InterventionError::NothingHeld { at: at.into(), held })
     }
 

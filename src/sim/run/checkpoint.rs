@@ -47,20 +47,21 @@ impl Checkpoint {
 
     /// Returns the memory that the checkpoint takes, in bytes.
     pub fn bytes(&self) -> usize {
-        let reals = [
-            &self.signals,
-            &self.registered,
-            &self.held,
-            &self.reals,
-            &self.parts,
-            &self.probe_filters,
-        ];
         size_of::<Self>()
-            + reals.map(|reals| size_of::<Real>() * reals.capacity()).iter().sum::<usize>()
+            + self
+                .all_reals()
+                .map(|reals| size_of::<Real>() * reals.capacity())
+                .iter()
+                .sum::<usize>()
             + 4 * self.words.capacity()
             + 8 * self.longs.capacity()
             + self.world.as_ref().map_or(0, |world| world.0.capacity())
             + self.changes.bytes()
+    }
+
+    fn all_reals(&self) -> [&Vec<Real>; 6] {
+        let Self { signals, registered, held, reals, parts, probe_filters, .. } = self;
+        [signals, registered, held, reals, parts, probe_filters]
     }
 
     fn hash(&self) -> u64 {
@@ -69,14 +70,7 @@ impl Checkpoint {
             hash.number(number);
         }
         hash.reals(&[self.noise]);
-        for reals in [
-            &self.signals,
-            &self.registered,
-            &self.held,
-            &self.reals,
-            &self.parts,
-            &self.probe_filters,
-        ] {
+        for reals in self.all_reals() {
             hash.reals(reals);
         }
         for word in &self.words {

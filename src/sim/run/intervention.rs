@@ -1,15 +1,14 @@
 //! What can be changed in a run between two ticks, and how places in a graph are named.
 
-use std::cmp::Reverse;
-
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::sim::build::graph::Graph;
-use crate::sim::describe::find::in_common;
 use crate::sim::describe::handle::{Out, PortRef};
 use crate::sim::describe::kind::Kind;
+use crate::sim::error::list;
 use crate::sim::real::Real;
+use crate::sim::words::{cut, nearest};
 
 /// A change of a run between two ticks. It holds from the next tick on.
 ///
@@ -73,13 +72,13 @@ pub enum Intervention {
 #[non_exhaustive]
 pub enum InterventionError {
     /// A place that the graph does not have.
-    #[error("the graph has no {what} `{asked}`; the most similar: {}", quoted(choices))]
+    #[error("the graph has no {what} `{asked}`; the most similar: {}", list(choices))]
     UnknownPlace {
         /// `output`, `output, node or module`, or `node or module`.
         what: &'static str,
         /// The name asked for.
         asked: String,
-        /// Places of the graph, the most similar first, at most 12.
+        /// Places of the graph, the most similar first, at most 10.
         choices: Vec<String>,
     },
     /// Another number of values than the output has.
@@ -111,52 +110,26 @@ pub enum InterventionError {
     /// Values for an output that its node computes from inputs.
     #[error(
         "`{output}` is computed from inputs, so it can be clamped but not set; sources are: {}",
-        quoted(choices)
+        list(choices)
     )]
     NotASource {
         /// The output.
         output: String,
-        /// Outputs of sources, the most similar first, at most 12.
+        /// Outputs of sources, the most similar first, at most 10.
         choices: Vec<String>,
     },
     /// A release where nothing is clamped or silenced.
-    #[error("nothing is clamped or silenced at `{at}`; held are: {}", quoted(held))]
+    #[error("nothing is clamped or silenced at `{at}`; held are: {}", list(held))]
     NothingHeld {
         /// The place.
         at: String,
-        /// Outputs that are clamped or silenced, the most similar first, at most 12.
+        /// Outputs that are clamped or silenced, the most similar first, at most 10.
         held: Vec<String>,
     },
 }
 
-/// Cuts off the end of a text from a file that goes on for thousands of characters.
-pub(crate) fn short(text: &str) -> String {
-    const LONGEST: usize = 300;
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.into(),
-    }
-}
-
-/// Greatest number of names in a message.
-const MAX_NAMES: usize = 12;
-
-fn quoted(names: &[String]) -> String {
-    match names {
-        [] => "none".into(),
-        names => names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
-    }
-}
-
-/// Returns the names most similar to `asked`.
-pub(crate) fn similar(names: impl Iterator<Item = String>, asked: &str) -> Vec<String> {
-    let rank = |name: &String| (Reverse(in_common(name, asked)), name.len().abs_diff(asked.len()));
-    let mut ranked: Vec<_> = names.map(|name| (rank(&name), name)).collect();
-    ranked.sort();
-    ranked.dedup();
-    ranked.truncate(MAX_NAMES);
-    ranked.into_iter().map(|(_, name)| name).collect()
-}
+/// Greatest number of characters of a name in a message.
+const LONGEST: usize = 300;
 
 /// An output by the indices of its node and port, or all nodes at or below a path.
 pub(crate) enum Place {
@@ -188,8 +161,12 @@ impl Graph {
 
     pub(crate) fn output_at(&self, name: &str) -> Result<(usize, usize), InterventionError> {
         self.find_output(name).ok_or_else(|| {
-            let choices = similar(self.outputs().chain(self.exposed()), name);
-            InterventionError::UnknownPlace { what: "output", asked: short(name), choices }
+            let choices = nearest(name, self.outputs().chain(self.exposed()));
+            InterventionError::UnknownPlace {
+                what: "output",
+                asked: cut(name, LONGEST).into(),
+                choices,
+            }
         })
     }
 
@@ -198,8 +175,8 @@ impl Graph {
         if !nodes.is_empty() {
             return Ok(nodes);
         }
-        let (what, asked) = ("node or module", short(path));
-        Err(InterventionError::UnknownPlace { what, asked, choices: similar(self.modules(), path) })
+        let (what, asked) = ("node or module", cut(path, LONGEST).into());
+        Err(InterventionError::UnknownPlace { what, asked, choices: nearest(path, self.modules()) })
     }
 
     pub(crate) fn place(&self, at: &str) -> Result<Place, InterventionError> {
@@ -211,8 +188,8 @@ impl Graph {
             return Ok(Place::Nodes(nodes));
         }
         let all = self.outputs().chain(self.exposed()).chain(self.modules());
-        let (what, choices) = ("output, node or module", similar(all, at));
-        Err(InterventionError::UnknownPlace { what, asked: short(at), choices })
+        let (what, choices) = ("output, node or module", nearest(at, all));
+        Err(InterventionError::UnknownPlace { what, asked: cut(at, LONGEST).into(), choices })
     }
 
     /// Returns whether a node shows values that it does not compute from inputs.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::sim::{meant, nearest_first};
+use crate::sim::{cut, meant, nearest_first};
 use crate::task::propositional::{Fault, check_names};
 
 /// A fault in a field of the file.
@@ -60,10 +60,7 @@ impl StateNames {
         self.places.get(name).copied().ok_or_else(|| {
             let known = || self.names.iter().map(String::as_str);
             let (near, known) = (meant(name, known()), nearest_first(name, known()));
-            let name: String = match name.char_indices().nth(200) {
-                Some((at, _)) => format!("{}...", &name[..at]),
-                None => name.into(),
-            };
+            let name = cut(name, 200);
             FieldFault {
                 field: field(),
                 problem: format!("`{name}` is not a state{near}"),
