@@ -74,6 +74,8 @@
 //! |---|---|---|
 //! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
+//! | `mcap` | no | logs of robots as MCAP, the bags of ROS 2; needs a C compiler |
+//! | `hdf5` | no | logs of robots as HDF5 |
 //! | `mpi` | no | graphs on several processes ([`Ranks`](sim::Ranks)); needs an MPI library and libclang |
 //!
 //! Without default features the crate has the engine, the neurons, the algebra, the learner, the planner and the

@@ -84,7 +84,7 @@ pub(crate) fn other_goals(domain: &RelationalDomain) -> Option<String> {
 }
 
 /// The title of the conditions.
-const NEEDS: &str = "Conditions before each action (undecided: met if possible)";
+const NEEDS: &str = "Conditions before each action (undecided ones are kept where possible)";
 
 /// Returns the states with their frames and places, one row for each place.
 fn state_table(domain: &RelationalDomain) -> Grid {

@@ -14,6 +14,7 @@ mod kind;
 mod learn;
 mod learn_model;
 mod look;
+mod man;
 mod merge;
 mod options;
 mod output;
@@ -116,6 +117,9 @@ commands! {
     /// Print a completion script for a shell
     #[command(next_line_help = false, allow_negative_numbers = false)]
     Completions(completions::CompletionsArgs) => |args| completions::completions(args, Cli::command()),
+    /// Print a manual page, for use with man
+    #[command(next_line_help = false, allow_negative_numbers = false)]
+    Man(man::ManArgs) => |args| man::man(args, Cli::command()),
 }
 
 /// Runs the command line. Returns 0 on success, 1 if the command failed, 2 for bad usage or input.
@@ -156,12 +160,7 @@ fn of_usage(usage: &clap::Error, command: &str) -> String {
         false => "`symbolt --help` describes them".into(),
     };
     if !known && usage.kind() == ErrorKind::InvalidSubcommand {
-        program.build();
-        let names = || program.get_subcommands().map(clap::Command::get_name);
-        let (meant, names) = (meant(command, names()), nearest_first(command, names()));
-        return format!(
-            "unrecognized command '{command}'{meant}; the commands are: {names}; {help}"
-        );
+        return format!("{}; {help}", unknown(command, &mut program));
     }
     let text = usage.to_string();
     let lines = text.trim_start_matches("error: ").lines().map(str::trim);
@@ -177,6 +176,14 @@ fn of_usage(usage: &clap::Error, command: &str) -> String {
         sentence = sentence + gap + line;
     }
     format!("{sentence}; {help}")
+}
+
+/// Returns the sentence that no command has this name, with those that there are.
+fn unknown(command: &str, program: &mut clap::Command) -> String {
+    program.build();
+    let names = || program.get_subcommands().map(clap::Command::get_name);
+    let (meant, names) = (meant(command, names()), nearest_first(command, names()));
+    format!("unrecognized command '{command}'{meant}; the commands are: {names}")
 }
 
 /// Inserts `run` if no command is given: `symbolt --seed 3` becomes `symbolt run --seed 3`.

@@ -786,10 +786,19 @@ fn help_version_and_completions_are_there() {
         "merge",
         "config",
         "completions",
+        "man",
     ] {
         let help = ok(folder.path(), &[command, "--help"]);
         assert!(help.lines().all(|line| line.chars().count() <= 80), "{help}");
+        let page = ok(folder.path(), &["man", command]);
+        let title = format!(".TH symbolt-{command} 1 ");
+        assert!(page.contains(&title) && page.contains("\n.SH OPTIONS\n"), "{page}");
     }
+    let page = ok(folder.path(), &["man"]);
+    assert!(
+        page.contains(".TH symbolt 1 ") && page.contains("symbolt\\-learn\\-model(1)"),
+        "{page}"
+    );
     let help = ok(folder.path(), &["rename", "--help"]);
     assert!(
         help.contains("in place") && help.contains("[default: the domain file itself"),

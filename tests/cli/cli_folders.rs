@@ -389,15 +389,16 @@ fn a_signal_ends_a_command_and_leaves_nothing_half_written() {
 #[test]
 fn a_reader_that_goes_away_ends_the_command_quietly() {
     let place = prepared();
-    let commands: [&[&str]; 4] = [
+    let commands: [&[&str]; 5] = [
         &["config"],
         &["completions", "bash"],
+        &["man"],
         &["learn", "demos.jsonl"],
         &["report", "done", "--out", "-"],
     ];
     for args in commands {
         let mut command = command(place.path(), &[args, &["--quiet"][..]].concat());
-        if ["config", "completions"].contains(&args[0]) {
+        if ["config", "completions", "man"].contains(&args[0]) {
             command = self::command(place.path(), args);
         }
         let spawned = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();

@@ -279,8 +279,9 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("bench bind", "--load demos.jsonl --save new", "cannot be used with"),
         ("bench bind", "--mode direct --save new", "direct mode has no neurons"),
         ("completions teapot", "", "invalid value 'teapot'"),
+        ("man lern", "", "unrecognized command 'lern' (did you mean `learn`?); the commands are: "),
     ];
-    assert_eq!(cases.len(), 102);
+    assert_eq!(cases.len(), 103);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

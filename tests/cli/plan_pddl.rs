@@ -102,7 +102,7 @@ fn a_list_that_is_not_closed_is_told_with_its_place() {
 
 #[test]
 fn a_planner_that_runs_out_of_time_says_how_far_it_got_and_what_to_try() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/goal_sets/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/");
     let [domain, problem] = ["kitchen", "tea"].map(|name| format!("{folder}{name}.pddl"));
     for (time, words) in [
         (

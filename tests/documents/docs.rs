@@ -22,12 +22,13 @@ fn read(file: &str) -> String {
     fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
-/// The README and the pages of `docs`, by their paths.
+/// README, CONTRIBUTING and the pages of `docs`, by their paths.
 fn pages() -> Vec<String> {
     let files = fs::read_dir(root().join("docs")).expect("a folder");
     let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
     let pages = names.filter(|name| name.ends_with(".md")).map(|name| format!("docs/{name}"));
-    let mut pages: Vec<String> = pages.chain(["README.md".to_owned()]).collect();
+    let mut pages: Vec<String> =
+        pages.chain(["README.md", "CONTRIBUTING.md"].map(str::to_owned)).collect();
     pages.sort();
     pages
 }
@@ -61,11 +62,11 @@ fn quoted(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_readme_has_at_most_1400_words_and_no_gaps() {
+fn the_readme_has_at_most_1200_words_and_no_gaps() {
     let readme = read("README.md");
     assert!(!readme.contains("@@"), "a figure is missing");
     let words = readme.split_whitespace().count();
-    assert!(words <= 1_400, "{words} words");
+    assert!(words <= 1_200, "{words} words");
 }
 
 /// The targets of a page's links and images.
@@ -126,27 +127,53 @@ fn shown_in_the_readme() -> Vec<(Vec<&'static str>, Vec<&'static str>)> {
     shown
 }
 
+/// Whether a printed line is the shown one. In spikes, numbers differ by some percent from machine to machine.
+fn is_shown(printed: &str, shown: &str, in_spikes: bool) -> bool {
+    let near = |a: &str, b: &str| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => in_spikes && (a - b).abs() <= 0.15 * b,
+        _ => a == b,
+    };
+    let (words, others) = (printed.split_whitespace(), shown.split_whitespace());
+    printed == shown
+        || words.clone().count() == others.clone().count()
+            && words.zip(others).all(|(a, b)| near(a, b))
+}
+
 #[test]
 fn the_readme_shows_what_the_program_prints_and_the_commands_page_what_it_writes() {
+    assert!(is_shown("  500 ms  (fill)", "  512 ms  (fill)", true));
+    for (printed, in_spikes) in
+        [("  400 ms  (fill)", true), ("  512 ms  (boil)", true), ("  500 ms  (fill)", false)]
+    {
+        assert!(!is_shown(printed, "  512 ms  (fill)", in_spikes), "{printed}");
+    }
     let shown = shown_in_the_readme();
-    assert_eq!(shown.len(), 1);
+    assert_eq!(shown.len(), 2);
+    let mut listed = 0;
     for (command, block) in shown {
         let folder = tempfile::tempdir().expect("a folder");
+        fs::create_dir(folder.path().join("examples")).expect("a folder");
+        for file in command.iter().filter(|file| file.ends_with(".pddl")) {
+            fs::copy(root().join(file), folder.path().join(file)).expect("an example");
+        }
         let printed = symbolt(folder.path(), &command);
         let mut rest = printed.lines();
-        assert!(block.len() > 10);
+        assert!(block.len() > 5);
         for line in block {
-            assert!(rest.any(|l| l == line), "not printed, or not in this order: {line}");
+            let found = rest.any(|l| is_shown(l, line, command.contains(&"lif")));
+            assert!(found, "not printed, or not in this order: {line}");
         }
-        let written = fs::read_dir(folder.path().join("out")).expect("a folder");
+        let Ok(written) = fs::read_dir(folder.path().join("out")) else { continue };
         let written: BTreeSet<String> =
             written.filter_map(|file| file.ok()?.file_name().into_string().ok()).collect();
         let page = read("docs/commands.md");
         let files = page.split_once("## The files of a run").expect("a heading").1;
-        let listed: BTreeSet<String> =
+        let named: BTreeSet<String> =
             rows(files).iter().map(|row| row[0].trim_matches('`').to_owned()).collect();
-        assert_eq!(listed, written);
+        assert_eq!(named, written);
+        listed += 1;
     }
+    assert_eq!(listed, 1);
 }
 
 /// The files of a folder of `tests`, by their stems, with their texts.
@@ -180,11 +207,12 @@ fn the_commands_for_ignored_tests_run_the_long_statistics_and_the_longer_ones_ap
         let names: String = groups.iter().map(|name| format!(" --test {name}")).collect();
         format!("cargo test{names} -- --ignored")
     };
-    for page in ["README.md", "docs/verification.md"] {
+    for page in ["CONTRIBUTING.md", "docs/verification.md"] {
         assert!(read(page).contains(&(command(&long) + "\n")), "{page} lacks {}", command(&long));
     }
     let (ci, apart) = (read(".ci/run"), format!("`{}`", command(&longer)));
-    let in_ci = command(&long).replace("cargo test", "cargo test --locked \"${logs[@]}\"");
+    let in_ci =
+        command(&long).replace("cargo test", "cargo test --locked --features \"$features\"");
     assert!(ci.contains(&in_ci), "CI");
     assert!(read("docs/verification.md").contains(&apart), "docs/verification.md lacks {apart}");
 }
@@ -317,11 +345,6 @@ fn the_architecture_page_has_every_room_and_no_other() {
             let room = format!("{folder}/{}", room.file_name().to_string_lossy());
             assert!(!root().join(&room).is_dir() || listed.contains(&room), "{room}");
         }
-    }
-    let readme = read("README.md");
-    let folders = rows(readme.split_once("| source folder").expect("a table").1);
-    for row in &folders {
-        assert!(row[0].starts_with("---") || listed.contains(row[0].trim_matches('`')), "{row:?}");
     }
 }
 

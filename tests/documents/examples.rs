@@ -26,6 +26,8 @@ mod own_algebra;
 mod own_neuron;
 #[path = "../../examples/pairs_of_a_sum.rs"]
 mod pairs_of_a_sum;
+#[path = "../../examples/plan_tea.rs"]
+pub(crate) mod plan_tea;
 #[path = "../../examples/run_page.rs"]
 mod run_page;
 #[path = "../../examples/same_plan_spiking.rs"]

@@ -5,6 +5,7 @@
 
 mod docs;
 mod examples;
+mod front_door;
 mod guides;
 mod mistakes;
 mod models;

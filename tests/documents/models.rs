@@ -17,7 +17,7 @@ mod oscillator;
 #[path = "../../examples/parser.rs"]
 mod parser;
 #[path = "../../examples/question_answering.rs"]
-mod question_answering;
+pub(crate) mod question_answering;
 #[path = "../../examples/question_memory.rs"]
 mod question_memory;
 #[path = "../../examples/reaching.rs"]

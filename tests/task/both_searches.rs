@@ -283,8 +283,8 @@ fn candles_that_forward_search_leaves_behind_are_taken_along_backward() {
 
 #[test]
 fn each_search_plans_in_spikes_and_spikes_are_counted() {
-    let kitchen = include_str!("../fixtures/goal_sets/kitchen.pddl");
-    let tea = include_str!("../fixtures/goal_sets/tea.pddl");
+    let kitchen = include_str!("../../examples/kitchen.pddl");
+    let tea = include_str!("../../examples/tea.pddl");
     for directions in [Directions::Backward, Directions::Forward, Directions::Both] {
         let (_, course, valid) = run(kitchen, tea, directions, true, 4);
         assert!(valid && course.begun.len() == 5 && course.spikes.is_none(), "{course:?}");

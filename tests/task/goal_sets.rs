@@ -14,7 +14,7 @@ use symbolt::prelude::*;
 use symbolt::sim::World;
 use symbolt::study::problems::tangled;
 
-const KITCHEN: &str = include_str!("../fixtures/goal_sets/kitchen.pddl");
+const KITCHEN: &str = include_str!("../../examples/kitchen.pddl");
 const BLOCKS: &str = include_str!("../fixtures/strips/blocks.pddl");
 const GRIPPER: &str = include_str!("../fixtures/strips/gripper.pddl");
 const LOGISTICS: &str = include_str!("../fixtures/strips/logistics.pddl");
@@ -576,7 +576,7 @@ fn a_purchaser_fetches_what_is_wanted_in_as_few_actions_as_can_be() {
 
 #[test]
 fn the_command_plans_and_acts_on_pddl() {
-    let (domain, problem) = ("goal_sets/kitchen.pddl", "goal_sets/tea.pddl");
+    let (domain, problem) = ("../../examples/kitchen.pddl", "../../examples/tea.pddl");
     let (code, out, _) = command(&[domain, problem, "--mode", "lif", "--json"]);
     assert_eq!(code, Some(0));
     let found: serde_json::Value = serde_json::from_str(&out).expect("JSON");

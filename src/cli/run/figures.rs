@@ -250,7 +250,8 @@ impl Figures<'_> {
 
 /// The meaning of the column of milliseconds, and the reason why `symbolt plan` prints more for the same scene.
 const DECISION_MS: &str = "ms: simulated time from the look at the scene to the answer, in whole steps of the physics. \
-                           The planner knows its goal a little earlier; `symbolt\u{a0}plan` counts from then.";
+                           `symbolt\u{a0}plan` prints a little more: there the planner gets the goal together with \
+                           the scene, and here before it.";
 
 /// Returns what the executor changed after failures in an episode and why, one sentence for each change.
 fn recoveries(report: &EpisodeReport) -> String {
