@@ -228,7 +228,7 @@ const ASSERTED: &[(&str, &str, &str, &str)] = &[
     ("verification", "means within 0.1 mm", "needs/recordings.rs", "worst < 1e-4"),
     ("verification", "40 of 40 episodes", "task/scene.rs", "for seed in 0..40"),
     ("verification", "slip less than a millimetre", "task/scene.rs", "slip_m < 1e-3"),
-    ("verification", "640 of 640 answers", "engine/populations.rs", "of 640 accepted"),
+    ("verification", "320 of 320 answers", "engine/populations.rs", "of 320 accepted"),
     (
         "verification",
         "within 8 points of the paper",
@@ -258,7 +258,7 @@ const ASSERTED: &[(&str, &str, &str, &str)] = &[
     ("experiments", "In 68 cells", "cli/experiments.rs", "(68, 68)"),
     (
         "speed",
-        "after 41 ms (median of 20 seeds)",
+        "after 41 ms (median of 10 seeds)",
         "engine/populations.rs",
         "(Unbinding::Products, 65.0)",
     ),

@@ -281,6 +281,7 @@ fn preconditions_ms(unbinding: Unbinding, seeds: u64) -> f64 {
         })
         .collect();
     all.sort_by(f64::total_cmp);
+    println!("{all:?}");
     all[all.len() / 2]
 }
 
@@ -288,8 +289,8 @@ fn preconditions_ms(unbinding: Unbinding, seeds: u64) -> f64 {
 #[ignore = "long statistics"]
 fn preconditions_are_active_within_65_ms_by_products_and_62_ms_by_a_fixed_map() {
     for (unbinding, mark) in [(Unbinding::Products, 65.0), (Unbinding::Fixed, 62.0)] {
-        let ms = preconditions_ms(unbinding, 20);
-        println!("{unbinding:?}: {ms} ms in the median of 20 seeds");
+        let ms = preconditions_ms(unbinding, 10);
+        println!("{unbinding:?}: {ms} ms in the median of 10 seeds");
         assert!(ms > 10.0 && ms <= mark, "{unbinding:?}: {ms} ms");
     }
 }
@@ -406,18 +407,20 @@ fn the_planner_in_neurons_decides_as_the_reference_planner_does() {
     assert_eq!(accepted, 32, "{others:?}");
 }
 
+/// At most 3 of 320 answers may differ. If one in a thousand did, this would fail once in 3,000 runs; if one in twenty did,
+/// it would pass once in 14,000.
 #[test]
 #[ignore = "long statistics"]
-fn the_planner_in_neurons_decides_as_the_reference_planner_does_over_20_seeds() {
+fn the_planner_in_neurons_decides_as_the_reference_planner_does_over_10_seeds() {
     for unbinding in [Unbinding::Fixed, Unbinding::Products] {
         let (mut accepted, mut others) = (0, Vec::new());
-        for seed in 0..20 {
+        for seed in 0..10 {
             let (good, bad) = decisions(seed, unbinding);
             accepted += good;
             others.extend(bad);
         }
-        println!("{unbinding:?}: {accepted} of 640 accepted; not: {others:#?}");
-        assert!(accepted >= 634, "{accepted}");
+        println!("{unbinding:?}: {accepted} of 320 accepted; not: {others:#?}");
+        assert!(accepted + others.len() == 320 && accepted >= 317, "{accepted}");
     }
 }
 
