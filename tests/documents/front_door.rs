@@ -22,7 +22,7 @@ fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
 
 /// Why version, date and citation do not belong together, if they do not.
 fn fault_of_version(manifest: &str, changelog: &str, citation: &str) -> Option<String> {
-    let version = value(manifest, "version")?;
+    let version = value(manifest, "version").unwrap_or("a version that is missing");
     let Some(entry) = changelog.lines().find_map(|l| l.strip_prefix(&format!("## {version} - ")))
     else {
         return Some(format!("the changelog has no dated entry for {version}"));
