@@ -495,7 +495,7 @@ fn the_page_is_readable_by_everyone_on_every_width() {
     // What would be wrong is found.
     let bad = page.replacen("--soft: #566272", "--soft: #b0b8c2", 1).replacen(
         "<header>",
-        "<header><button></button><div style=\"width:3000px\">wide</div>",
+        "<div style=\"width:3000px\">wide</div><header><button></button>",
         1,
     );
     let found = opened_in(&Window { width: 1366, dark: false }, &bad, AUDIT);
