@@ -20,7 +20,8 @@ pub(super) fn to_page(domain: &RelationalDomain) -> Value {
 }
 
 fn state(state: &FrameState) -> Value {
-    let mm = |metres: f64| format!("{:.1}", metres * 1e3);
+    // Adding 0 leaves no minus before a zero.
+    let mm = |metres: f64| format!("{:.1}", (metres * 1e4).round() / 10.0 + 0.0);
     let places = state.places.iter().map(|place| {
         let position = place.coordinates.map(|c| match c {
             Coordinate::Tight { mean, .. } => mm(mean),
