@@ -19,12 +19,14 @@ pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
     let memory = graph.add("memory", State::new(&words).recurrent(Synapse::lowpass_ms(100)));
     graph.route(&shown >> &memory);
     let value = graph.probe(&memory.output, ProbeSpec::default());
+    let ideal = graph.probe(&shown, ProbeSpec::default());
     let spikes = graph.probe_spikes("memory");
     let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
     let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300))?;
 
-    let similarities = words.similarities(sim.samples(&value), Words::NAMES)?;
-    let page = RunPage::new("A memory", &sim).chart("memory", &similarities).html();
+    let [memory, ideal] =
+        [value, ideal].map(|probe| words.similarities(sim.samples(&probe), Words::NAMES));
+    let page = RunPage::new("A memory", &sim).against("memory", &memory?, &ideal?).html();
     write_atomic(&folder.join("run.html"), page, Overwrite::Allowed)?;
     let recordings = sim.recordings();
     write_atomic(&folder.join("run.npz"), recordings.to_npz()?, Overwrite::Allowed)?;

@@ -58,9 +58,14 @@ function fit(camera, points, middle, { turn, rise }) {
 }
 
 class Views {
-  constructor(camera, controls, bodies, points) {
-    Object.assign(this, { camera, controls, bodies, points, name: "overview", moved: false });
-    controls.addEventListener("start", () => { this.moved = true; });
+  constructor(camera, controls, bodies, points, name = "overview") {
+    Object.assign(this, { camera, controls, bodies, points, name, moved: false });
+    this.touched = () => { this.moved = true; };
+    controls.addEventListener("start", this.touched);
+  }
+
+  forget() {
+    this.controls.removeEventListener("start", this.touched);
   }
 
   choose(name) {

@@ -1,7 +1,4 @@
 // The data of the page, and small helpers to read and show it. Text only ever becomes text nodes.
-import * as THREE from "three";
-import { OrbitControls } from "three/orbit";
-
 const DATA = JSON.parse(document.getElementById("data").textContent);
 
 function bytes(text) {
@@ -44,6 +41,8 @@ function countUpTo(numbers, value) {
   return low;
 }
 
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 const seconds = (value, digits = 2) => `${value.toFixed(digits)} s`;
 const millimetres = (metres, digits = 2) => (1000 * metres).toFixed(digits);

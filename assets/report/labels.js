@@ -8,6 +8,7 @@ const touching = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bot
 class Labels {
   constructor(overlay, anchors) {
     this.overlay = overlay;
+    overlay.replaceChildren();
     this.lines = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     overlay.append(this.lines);
     this.labels = anchors.map(({ name, colour, at }) => {
@@ -46,7 +47,7 @@ class Labels {
     const taken = [];
     const few = this.width < RIM.narrow ? RIM.few : Infinity;
     const seen = this.labels.map((one, i) => {
-      const { x, y, z } = one.at.clone().project(camera);
+      const { x, y, z } = one.at().project(camera);
       const omitted = z > 1 || Math.abs(x) > 1 || Math.abs(y) > 1 || i >= few;
       return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, omitted };
     });

@@ -9,20 +9,15 @@ function begin() {
   byId("theme").addEventListener("change", (event) => theme.choose(event.target.value));
   let page = null;
   if (DATA.kind === "run") {
-    const summary = DATA.run?.summary;
-    byId("title").textContent = `symbolt run: ${DATA.run?.goal ?? "goal unknown"}`;
-    if (summary) {
-      const { assembled, episodes, demonstrations, states, operators } = summary;
-      const learned = demonstrations > 0 ? ` learned from ${demonstrations} demonstrations` : "";
-      byId("summary").textContent = `${assembled} of ${episodes} ${episodes === 1 ? "episode" : "episodes"} solved with `
-        + `${states} states and ${operators} actions${learned}.`;
-    }
+    const { task, run } = DATA;
+    byId("title").textContent = task?.name ?? run?.task ?? "A run of symbolt";
+    byId("summary").textContent = task?.description ? `${capital(task.description)}.` : "";
     page = new RunPage(DATA, main);
   } else {
     byId("title").textContent = "symbolt experiments";
     experimentsPage(DATA, main);
   }
-  document.title = byId("title").textContent;
+  document.title = [byId("title").textContent, byId("summary").textContent].filter(Boolean).join(": ");
   // For the tests of the page.
   window.symbolt = { page };
   document.documentElement.dataset.ready = "yes";

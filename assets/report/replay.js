@@ -3,10 +3,13 @@
 const POSE = { position: 3, width: 7 };
 
 class Replay {
-  constructor(view, outline, frames, states) {
+  // `objects` are the parts and landmarks by id and kind, `names` the words for states; both may be missing.
+  constructor(view, outline, frames, states, objects = null, names = null) {
+    this.view = view;
+    this.names = names;
     this.canvas = view.querySelector("canvas");
-    this.frames = frames;
     this.held = () => null;
+    this.statesShown = true;
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.BasicShadowMap;
@@ -20,23 +23,33 @@ class Replay {
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
     this.canvas.addEventListener("pointerdown", () => this.canvas.focus({ preventScroll: true }));
-    this.bodies = new Bodies(outline, states);
-    this.labels = new Labels(view.querySelector(".labels"), this.bodies.anchors);
+    this.controls.addEventListener("change", () => { if (!this.following) this.render(); });
+    theme.listeners.push(() => { this.bodies?.paint(); this.render(); });
+    this.load(outline, frames, states, objects);
+    new ResizeObserver(() => this.resize()).observe(this.canvas);
+  }
+
+  // Shows other frames from their beginning.
+  load(outline, frames, states, objects) {
+    this.bodies?.dispose();
+    this.frames = frames;
+    this.bodies = new Bodies(outline, states, objects, this.names);
+    this.labels = new Labels(this.view.querySelector(".labels"), this.bodies.anchors);
     const { parts, fixtures, fingers, links } = this.bodies;
     const measured = [...parts, ...fixtures, ...fingers.map(({ mesh }) => mesh), links.at(-1)];
     this.extents = new Map(measured.map((body) => [body, corners(body)]));
     const points = framed(this.bodies, frames, (time) => this.pose(time));
-    this.views = new Views(this.camera, this.controls, this.bodies, points);
-    this.controls.addEventListener("change", () => { if (!this.following) this.render(); });
-    theme.listeners.push(() => { this.bodies.paint(); this.render(); });
+    this.views?.forget();
+    this.views = new Views(this.camera, this.controls, this.bodies, points, this.views?.name);
     this.bodies.paint();
-    this.show(0);
-    new ResizeObserver(() => this.resize()).observe(this.canvas);
+    this.showStates(this.statesShown);
     this.resize();
+    this.show(0);
   }
 
   showStates(visible) {
-    this.bodies.states.visible = visible;
+    this.statesShown = visible;
+    this.bodies.states.forEach((state) => { state.visible = visible; });
     this.render();
   }
 
@@ -52,7 +65,7 @@ class Replay {
 
   resize() {
     const { clientWidth, clientHeight } = this.canvas;
-    if (!clientWidth || !clientHeight) return;
+    if (!clientWidth || !clientHeight || !this.bodies) return;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
@@ -63,6 +76,7 @@ class Replay {
   }
 
   show(time) {
+    this.time = time;
     this.pose(time);
     this.bodies.scene.updateMatrixWorld(true);
     this.renderer.shadowMap.needsUpdate = true;
@@ -92,7 +106,23 @@ class Replay {
     });
   }
 
+  // Draws a moment into another canvas, as the present view shows it and without labels.
+  copyTo(canvas, time) {
+    const now = this.time;
+    this.pose(time);
+    this.bodies.scene.updateMatrixWorld(true);
+    this.renderer.shadowMap.needsUpdate = true;
+    this.renderer.render(this.bodies.scene, this.camera);
+    const { width, height } = this.renderer.domElement;
+    const share = Math.min(width / canvas.width, height / canvas.height);
+    const [wide, tall] = [share * canvas.width, share * canvas.height];
+    canvas.getContext("2d").drawImage(this.renderer.domElement, (width - wide) / 2, (height - tall) / 2, wide, tall,
+      0, 0, canvas.width, canvas.height);
+    this.show(now);
+  }
+
   render() {
+    if (!this.bodies) return;
     this.renderer.render(this.bodies.scene, this.camera);
     if (!this.labels.shown) return;
     const { parts, fixtures, fingers, links, joints } = this.bodies;
@@ -122,7 +152,8 @@ class Replay {
   // The share of a body's surface points facing the camera's way that nothing else hides.
   visible(bodies) {
     const { scene, states, floor, shade } = this.bodies;
-    const solids = scene.children.filter((child) => ![states, floor, shade].includes(child));
+    const solids = scene.children.filter((child) => ![floor, shade].includes(child));
+    const marks = new Set(states.flatMap(({ children }) => children));
     const ray = new THREE.Raycaster();
     const own = new Set(bodies);
     const seen = bodies.map((body) => {
@@ -133,7 +164,7 @@ class Replay {
       for (let i = 0; i < position.count; i += every) {
         const at = new THREE.Vector3().fromBufferAttribute(position, i).applyMatrix4(body.matrixWorld);
         ray.set(this.camera.position, at.clone().sub(this.camera.position).normalize());
-        const hit = ray.intersectObjects(solids, true).find(({ object }) => object.isMesh);
+        const hit = ray.intersectObjects(solids, true).find(({ object }) => object.isMesh && !marks.has(object));
         all += 1;
         if (!hit || own.has(hit.object) || hit.distance > at.distanceTo(this.camera.position) - 1e-3) free += 1;
       }

@@ -1,149 +1,119 @@
-// The page of a run: replay, time axis, decisions and tables, all following one moment.
+// The page of a run: one episode at a time, with everything on the page at the same moment.
 
 class RunPage {
   constructor(data, main) {
     this.data = data;
+    this.names = new Names(data.run, data.domain);
+    data.names = this.names;
     main.append(byId("run-page").content.cloneNode(true));
-    this.recorded = data.filmed;
-    this.events = (data.events ?? []).filter((line) => line.episode === this.recorded);
-    this.frames = this.unpackFrames();
-    this.touches = this.events.flatMap((line) => line.touch ?? []);
-    this.acts = this.decisionsAndActs();
-    const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times().at(-1), 0.1];
-    // A long list cannot be spread over the arguments of a function.
-    this.duration = ends.filter(Number.isFinite).reduce((most, end) => Math.max(most, end), 0);
     this.time = 0;
     this.playing = false;
-    this.decisionRows = [];
-    const { episodes = 1 } = data.run?.summary ?? {};
-    if (this.recorded === null) byId("episode").textContent = "An episode of unknown number";
-    else if (episodes > 1) byId("episode").textContent = `Episode ${this.recorded + 1} of ${episodes}`;
-    shielded("replay", () => this.buildReplay());
-    shielded("timeline", () => this.buildThinking());
-    shielded("decisions", () => this.buildDecisions());
+    this.episode = new Episode(data, data.filmed, this.names);
+    shielded("timeline", () => { this.thinking = new Thinking(this); });
     shielded("learned", () => this.buildLearned());
     shielded("settings", () => this.buildSettings());
+    shielded("episodes", () => this.buildEpisodes());
     this.buildControls();
     listenToKeys(this);
+    this.show();
+  }
+
+  get acts() { return this.episode.acts; }
+
+  get frames() { return this.episode.frames; }
+
+  get duration() { return this.episode.duration; }
+
+  get timeline() { return this.thinking?.timeline; }
+
+  // Shows another episode from its beginning.
+  choose(number) {
+    this.pause();
+    this.episode = new Episode(this.data, number, this.names);
+    this.show();
+    byId("replay").scrollIntoView();
+  }
+
+  // Fills all parts of the page with the chosen episode.
+  show() {
+    const { episode, data } = this;
+    const { episodes = 1 } = data.run?.summary ?? {};
+    byId("episode").textContent = episode.number === null
+      ? "An episode of unknown number" : episodes > 1 ? `Episode ${episode.number + 1} of ${episodes}` : "The episode";
+    for (const [number, button] of this.buttons ?? []) button.setAttribute("aria-pressed", String(number === episode.number));
+    shielded("replay", () => this.showFilm());
+    this.thinking?.show(episode);
+    shielded("decisions", () => this.showDecisions());
+    shielded("failures", () => showFailures(byId("failures"), episode, this.replay, (time) => this.goTo(time)));
+    shielded("story", () => showStory(byId("story").querySelector("ol"), data, episode));
+    const scrub = byId("scrub");
+    // In whole milliseconds.
+    if (scrub) scrub.max = (Math.ceil(1000 * this.duration - 1e-3) / 1000).toFixed(3);
     this.seek(0);
   }
 
-  // The part between the fingers at a moment.
-  heldAt(time) {
-    const last = this.touches.findLast((touch) => touch.t <= time);
-    return last?.contact ? last.part : undefined;
-  }
-
-  // Why an episode failed, as `run.json` has it.
-  reason(episode) {
-    return this.data.run?.summary?.failures?.find((failure) => failure.episode === episode)?.reason;
-  }
-
-  // A part's kind and its number among those of its kind.
-  partName(index) {
-    const { kinds = [], parts = [] } = this.data.outline ?? {};
-    const kind = parts[index];
-    if (kind === undefined) return `part ${index + 1}`;
-    return `${kinds[kind].name} ${parts.slice(0, index + 1).filter((other) => other === kind).length}`;
-  }
-
-  unpackFrames() {
-    const frames = this.data.arrays?.frames;
-    if (!frames) return { count: 0, parts: 0, t: new Float32Array() };
-    const unpacked = Object.fromEntries(["t", "angles", "fingers", "poses"].map((k) => [k, singles(frames[k])]));
-    return { ...frames, ...unpacked };
-  }
-
-  times() {
-    return this.data.arrays ? singles(this.data.arrays.modules.t) : new Float32Array();
-  }
-
-  // Every decision of the recorded episode, with its action and the moment at which the action ended.
-  decisionsAndActs() {
-    const decisions = this.events.flatMap((line) => line.decision ?? []);
-    const end = this.events.flatMap((line) => line.end ?? [])[0];
-    const last = end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
-    return decisions.map((decision, i) => {
-      const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
-      const decided = decision.asked_s + decision.took_ms / 1000;
-      const action = detour(decision) ?? decision.action;
-      return {
-        asked: decision.asked_s, decided, holds: decision.holds, action,
-        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), outcome: action ? outcome : null,
-        took: decision.took_ms, recovery: recoveryInWords(decision.recovery),
-      };
-    });
-  }
-
-  buildReplay() {
+  // Shows the film of the episode, or says why there is none.
+  showFilm() {
+    const { film, frames } = this.episode;
     const view = document.querySelector("#replay .view");
-    const { outline, domain } = this.data;
-    if (!outline || this.frames.count === 0) {
+    const { outline, domain, films } = this.data;
+    const there = frames.count > 0;
+    byId("unfilmed").hidden = there || !this.replay;
+    byId("unfilmed").textContent = `This page has no pictures of this episode. The option --record-episode ${(this.episode.number ?? 0) + 1} makes them.`;
+    if (!outline || !(films ?? []).some((other) => other.frames.count > 0)) {
       view.replaceChildren(make("p", "There is nothing to replay: the frames or the shapes of the scene are missing."));
       return;
     }
+    view.hidden = !there && Boolean(this.replay);
+    if (!there || this.undrawable) return;
+    const shown = [withMeshes(outline, film.outline), frames, domain?.drawn ?? [], film.objects];
+    if (this.replay) {
+      this.replay.load(...shown);
+      return;
+    }
     try {
-      this.replay = new Replay(view, outline, this.frames, domain?.drawn ?? domain?.states ?? []);
-      this.replay.held = () => this.heldAt(this.time);
+      this.replay = new Replay(view, ...shown, this.names);
+      this.replay.held = () => this.episode.heldAt(this.time);
     } catch (error) {
+      this.undrawable = true;
       view.replaceChildren(make("p", `This browser cannot draw the 3-D view (${error.message}).`));
     }
-  }
-
-  buildThinking() {
-    this.thinking = new Thinking(this);
-    this.timeline = this.thinking.timeline;
   }
 
   chooseModule(index) {
     this.thinking.choose(index);
   }
 
-  buildDecisions() {
-    const all = (this.data.events ?? []).filter((line) => line.decision);
-    const many = all.some((line) => line.episode > 0);
-    const operators = new Map((this.data.domain?.operators ?? []).map((o) => [o.name, o]));
-    const needs = (action) => listed(operators.get(action)?.preconditions);
-    const ends = new Map((this.data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
-    const recovered = all.some(({ decision }) => decision.recovery);
-    const rows = all.map(({ episode, decision }, i) => {
-      const last = all[i + 1]?.episode !== episode;
-      const how = endInWords(ends.get(episode), this.data.domain, this.reason(episode));
-      const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : last ? how : "not begun";
-      return [
-        ...(many ? [String(episode + 1)] : []), decision.asked_s.toFixed(2), decision.took_ms.toFixed(0),
-        listed(decision.holds), detour(decision) ?? decision.action ?? "nothing", decision.action ? needs(decision.action) : "–",
-        outcome, ...(recovered ? [recoveryInWords(decision.recovery) ?? ""] : []),
-      ];
+  buildEpisodes() {
+    const { grid, buttons } = episodesList(this.data, (number) => this.choose(number));
+    this.buttons = buttons;
+    byId("episodes").hidden = buttons.size < 2;
+    byId("episode-list").append(grid);
+  }
+
+  showDecisions() {
+    const { grid, rows } = decisionsTable(this.episode, (act) => {
+      this.open(act);
+      byId("replay").scrollIntoView({ behavior: "smooth" });
     });
-    const columns = [">at, s", ">took, ms", "states that hold", "decision", "its preconditions", "outcome"];
-    const grid = table([...(many ? [">episode"] : []), ...columns, ...(recovered ? ["recovery, and why"] : [])], rows);
-    const of = many ? ` of episode ${this.recorded + 1} (marked at the left)` : "";
-    const others = many ? " The option --record-episode chooses the episode that is recorded." : "";
-    byId("clicking").textContent = this.recorded === null
-      ? "The number of the recorded episode is not known."
-      : `Click a decision${of}, or select it and press Enter, to go to its moment.${others}`;
-    grid.querySelectorAll("tbody tr").forEach((row, i) => {
-      if (all[i].episode !== this.recorded) return;
-      const act = this.acts[this.decisionRows.length];
-      this.decisionRows.push(row);
-      row.setAttribute("aria-label", `Decision ${this.decisionRows.length}: ${act.action ?? "nothing"}`);
-      pressable(row, () => {
-        this.open(act);
-        byId("replay").scrollIntoView({ behavior: "smooth" });
-      });
-    });
+    this.decisionRows = rows;
+    this.shown = undefined;
     const box = document.querySelector("#decisions .scroll");
-    box.classList.toggle("long", all.length > 24);
-    box.append(grid);
-    this.bringIntoBox(this.decisionRows[0]);
+    box.classList.toggle("long", rows.length > 12);
+    box.replaceChildren(rows.length ? grid : make("p", "No decisions of this episode are on this page."));
   }
 
   // Goes to a decision and shows it closely.
   open(act) {
     this.pause();
-    this.timeline.look(act.asked - 0.05, act.decided + 0.1);
+    this.timeline?.look(act.asked - 0.05, act.decided + 0.1);
     this.seek(act.asked);
+  }
+
+  goTo(time) {
+    this.pause();
+    this.seek(time);
+    byId("replay").scrollIntoView({ behavior: "smooth" });
   }
 
   // Opens the decision after the moment, or before it.
@@ -164,16 +134,11 @@ class RunPage {
   buildLearned() {
     const { domain, recording } = this.data;
     if (!domain) throw new Error("the domain is missing");
-    byId("states").append(statesTable(domain));
-    byId("operators").append(operatorsTable(domain));
-    const from = recording && domain.provenance
-      ? `Learned from ${recording.demonstrations} demonstrations with ${recording.snapshots} snapshots. `
-      : "";
-    const drawn = domain.framed ? "each place of a state in the world frame" : "each state";
-    byId("taught").textContent = `${from}In the 3-D view ${drawn} is an ellipsoid of two standard deviations about its `
-      + "mean, with half axes of at least 4 mm.";
-    if (domain.framed) byId("brackets").textContent = "A required condition must hold. An undecided condition always "
-      + "held, perhaps by chance: the planner meets it if that is possible.";
+    byId("states").append(statesTable(domain, this.names));
+    byId("operators").append(operatorsTable(domain, this.names));
+    byId("taught").textContent = `${recording ? `Learned from ${plural(recording.demonstrations, "demonstration")} with `
+      + `${plural(recording.snapshots, "snapshot")}. ` : ""}In the 3-D view each place of a state is an ellipsoid of two `
+      + "standard deviations about its mean, with half axes of at least 4 mm; a place of the goal has a ring.";
   }
 
   buildSettings() {
@@ -189,8 +154,6 @@ class RunPage {
   buildControls() {
     const scrub = byId("scrub");
     if (!scrub) return;
-    // In whole milliseconds.
-    scrub.max = (Math.ceil(1000 * this.duration - 1e-3) / 1000).toFixed(3);
     scrub.addEventListener("input", () => { this.pause(); this.seek(Number(scrub.value)); });
     const on = (id, act) => byId(id)?.addEventListener("click", act);
     on("play", () => (this.playing ? this.pause() : this.play()));
@@ -198,10 +161,8 @@ class RunPage {
     on("later", () => this.openDecision(1));
     byId("gaussians")?.addEventListener("change", (event) => this.replay?.showStates(event.target.checked));
     byId("names-shown")?.addEventListener("change", (event) => this.replay?.showLabels(event.target.checked));
+    byId("facts").addEventListener("toggle", () => this.showFacts());
     Object.keys(VIEWS).forEach((view) => on(`view-${view}`, () => this.chooseView(view)));
-    on("nearer", () => this.timeline.zoom(0.5));
-    on("farther", () => this.timeline.zoom(2));
-    on("whole", () => this.timeline.look(0, this.duration));
   }
 
   chooseView(view) {
@@ -246,66 +207,41 @@ class RunPage {
       scrub.setAttribute("aria-valuetext", [seconds(this.time, 3), ...this.saysAt(this.time)].join(", "));
     }
     if (byId("clock")) byId("clock").textContent = `${seconds(this.time, 3)} of ${seconds(this.duration)}`;
-    this.replay?.show(this.time);
+    if (this.frames.count > 0) this.replay?.show(this.time);
     this.timeline?.at(this.time);
     if (byId("now")) this.showNow();
   }
 
-  // The decision that is being made or carried out at a moment.
-  current(time = this.time) {
-    return this.acts.findLastIndex((act) => act.asked <= time);
-  }
-
   // A moment in words: the decision and the part in the hand.
   saysAt(time) {
-    const index = this.current(time);
-    const act = this.acts[index];
-    const held = this.heldAt(time);
-    const hand = held === undefined ? [] : [`in the hand: ${this.partName(held)}`];
+    const { episode } = this;
+    const index = episode.at(time);
+    const act = episode.acts[index];
+    const held = episode.heldAt(time);
+    const hand = held === undefined ? [] : [`in the hand: ${episode.part(held)}`];
     if (!act) return ["no decision yet", ...hand];
     const name = `decision ${index + 1}`;
     if (time < act.decided) return [`${name}: deciding since ${seconds(act.asked, 3)}, takes ${act.took.toFixed(0)} ms`, ...hand];
     if (!act.action) return [`${name}: nothing to do`, ...hand];
-    return [`${name}: ${act.action}, ${act.outcome} at ${seconds(act.until, 3)}`, ...hand];
+    return [`${name}: ${act.words}, ${act.outcome} at ${seconds(act.until, 3)}`, ...hand];
   }
 
   showNow() {
-    const index = this.current();
-    const act = this.acts[index];
-    this.decisionRows.forEach((row, i) => {
-      row.classList.toggle("current", i === index);
-      row.setAttribute("aria-current", String(i === index));
-    });
-    if (index !== this.shown) this.bringIntoBox(this.decisionRows[index]);
-    this.shown = index;
-    const end = this.events.find((line) => line.end)?.end;
-    const entries = [];
-    if (!act) {
-      entries.push(["now", this.acts.length ? "looking at the scene" : "no decisions are known"]);
-    } else if (this.time < act.decided) {
-      entries.push(["now", `deciding, for ${((this.time - act.asked) * 1000).toFixed(0)} of ${act.took.toFixed(0)} ms`]);
-    } else if (act.action) {
-      const over = act.outcome && this.time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
-      entries.push(["now", `doing ${act.action}${over}`]);
-      if (act.recovery) entries.push(["recovery", act.recovery]);
-    } else {
-      entries.push(["now", `done: ${endInWords(end, this.data.domain, this.reason(this.recorded))}`]);
+    const index = this.episode.at(this.time);
+    if (index !== this.shown) {
+      this.decisionRows?.forEach((row, i) => {
+        row.classList.toggle("current", i === index);
+        row.setAttribute("aria-current", String(i === index));
+      });
+      this.bringIntoBox(this.decisionRows?.[index]);
+      this.shown = index;
+      this.showFacts();
     }
-    if (act?.action && end && this.time >= this.duration - 1e-6) {
-      entries.push(["at the end", endInWords(end, this.data.domain, this.reason(this.recorded))]);
-    }
-    const held = this.heldAt(this.time);
-    entries.push(["in the hand", held === undefined ? "nothing" : this.partName(held)]);
-    if (act) {
-      entries.push(["states that hold", listed(act.holds)]);
-      const operator = this.data.domain?.operators.find((o) => o.name === act.action);
-      if (operator && this.time >= act.decided) {
-        entries.push([`preconditions of ${act.action}`, listed(operator.preconditions)]);
-        entries.push(["its effects", listed(operator.effects)]);
-      }
-    }
-    entries.push(["goal", this.data.run?.goal ?? "unknown"]);
-    byId("now").replaceChildren(...entries.flatMap(([name, text]) => [make("dt", name), make("dd", text)]));
+    showNow(byId("now"), nowEntries(this.episode, this.time, this.data.run?.goal_words ?? this.data.run?.goal));
+  }
+
+  showFacts() {
+    if (byId("facts").open) showFacts(byId("facts").querySelector("ul"), this.episode, this.time);
   }
 
   // What the page shows, as data: for the tests.
@@ -313,10 +249,17 @@ class RunPage {
     const panels = this.timeline?.panels ?? [];
     const shown = panels.map((panel) => ({ module: panel.module?.name, names: panel.module?.names, values: panel.values(this.time) }));
     return {
-      time: this.time, decision: this.current(), now: byId("now")?.innerText, module: shown[0]?.module,
+      time: this.time, decision: this.episode.at(this.time), now: byId("now")?.innerText, module: shown[0]?.module,
       names: shown[0]?.names, sample: shown[0]?.values ?? [], shown, playing: this.playing,
-      view: this.timeline?.view, places: this.replay?.places(),
+      view: this.timeline?.view, places: this.frames.count > 0 ? this.replay?.places() : undefined,
     };
   }
 }
 
+// The shapes of a scene in which some bodies stand elsewhere than in the recorded episode's.
+function withMeshes(outline, others) {
+  if (!others?.length) return outline;
+  const key = ({ body }) => JSON.stringify(body);
+  const changed = new Map(others.map((mesh) => [key(mesh), mesh]));
+  return { ...outline, meshes: outline.meshes.map((mesh) => changed.get(key(mesh)) ?? mesh) };
+}

@@ -1,4 +1,6 @@
 // The objects of the 3-D view: table, fixtures, parts, arm, floor, lights and the states' ellipsoids.
+import * as THREE from "three";
+import { OrbitControls } from "three/orbit";
 
 // The looks of objects in every scene. The looks of parts and fixtures are in the data.
 const LOOKS = {
@@ -6,6 +8,7 @@ const LOOKS = {
   hand: { colour: 0x4a5663, roughness: 0.6 },
 };
 const FLOOR = { radius: 2.0, clear: 0.5, rings: 8, shaded: 0.85 };
+const RING = { least: 0.016, wide: 0.006, thick: 0.0014, colour: 0xd55e00 };
 const SHADOW = { pixels: 1024, half: 0.85, above: 2.2 };
 
 function geometry(mesh) {
@@ -59,8 +62,32 @@ function principal(matrix) {
   return { variances: [a[0][0], a[1][1], a[2][2]], axes: v };
 }
 
+// The ellipsoid of a place. That of a goal is less transparent and has a ring.
+function ellipsoid(state, look) {
+  const { variances, axes } = principal(state.covariance);
+  const material = new THREE.MeshBasicMaterial({
+    color: look.colour, transparent: true, opacity: state.goal ? 0.45 : 0.28, depthWrite: false,
+  });
+  const lengths = variances.map((v) => Math.max(2 * Math.sqrt(Math.max(v, 0)), 0.004));
+  const columns = [0, 1, 2].map((i) => new THREE.Vector3(axes[0][i], axes[1][i], axes[2][i]));
+  if (columns[0].clone().cross(columns[1]).dot(columns[2]) < 0) columns[2].negate();
+  const group = new THREE.Group();
+  const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), material);
+  mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(...columns));
+  mesh.scale.set(...lengths);
+  group.add(mesh);
+  if (state.goal) {
+    const radius = Math.max(...lengths, RING.least) + RING.wide;
+    const ring = new THREE.Mesh(new THREE.TorusGeometry(radius, RING.thick, 8, 48), new THREE.MeshBasicMaterial({ color: RING.colour }));
+    group.add(ring);
+  }
+  group.position.set(...state.mean.position);
+  return group;
+}
+
 class Bodies {
-  constructor(outline, states) {
+  // `objects` are the parts and landmarks by id and kind; without them only states of the world frame are drawn.
+  constructor(outline, states, objects = null, names = null) {
     this.scene = new THREE.Scene();
     const meshOf = (name) => outline.meshes.find((m) => JSON.stringify(m.body) === JSON.stringify(name));
     const add = (body, parent = this.scene) => {
@@ -74,7 +101,8 @@ class Bodies {
     this.addArm(outline, meshOf, add);
     this.addFloor();
     this.addLights();
-    this.addStates(states, new Map(outline.kinds.map((kind) => [kind.name, kind.look])));
+    this.addLandmarks(objects);
+    this.addStates(states, new Map(outline.kinds.map((kind) => [kind.name, kind.look])), names);
   }
 
   addArm(outline, meshOf, add) {
@@ -161,28 +189,48 @@ class Bodies {
     this.scene.add(this.sky, this.sun, this.sun.target, fill);
   }
 
-  // Each state as the ellipsoid of two standard deviations about its mean, with half axes of at least 4 mm.
-  addStates(states, looks) {
-    this.states = new THREE.Group();
+  // The frames in which states are given: the world, and each part and landmark by its kind.
+  addLandmarks(objects) {
+    this.states = [];
+    this.references = (objects?.parts ?? []).map(({ id, kind }, i) => ({ id, kind, body: this.parts[i] }));
+    for (const { id, kind, pose, on } of objects?.landmarks ?? []) {
+      const body = new THREE.Group();
+      body.position.set(...pose.position);
+      body.quaternion.set(...pose.orientation);
+      (this.parts[on] ?? this.scene).add(body);
+      this.references.push({ id, kind, body });
+    }
+  }
+
+  // Each place of a state as the ellipsoid of two standard deviations about its mean, with half axes of at least 4 mm, in
+  // the world or at each object that is its frame. The first place of a state at an object has a label.
+  addStates(states, looks, names) {
     this.anchors = [];
+    const labelled = new Set();
     for (const state of states) {
       if (!state.mean || !state.covariance) continue;
-      const { variances, axes } = principal(state.covariance);
-      const look = looks.get(state.kind) ?? { colour: 0x777777 };
-      const material = new THREE.MeshBasicMaterial({
-        color: look.colour, transparent: true, opacity: 0.28, depthWrite: false,
-      });
-      const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), material);
-      const lengths = variances.map((v) => Math.max(2 * Math.sqrt(Math.max(v, 0)), 0.004));
-      const columns = [0, 1, 2].map((i) => new THREE.Vector3(axes[0][i], axes[1][i], axes[2][i]));
-      if (columns[0].clone().cross(columns[1]).dot(columns[2]) < 0) columns[2].negate();
-      mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(...columns));
-      mesh.scale.set(...lengths);
-      mesh.position.set(...state.mean.position);
-      this.states.add(mesh);
-      this.anchors.push({ name: state.name, colour: look.colour, at: mesh.position.clone() });
+      const own = this.references.filter(({ kind }) => kind === state.frame);
+      for (const { id, body } of state.frame ? own : [{ body: this.scene }]) {
+        const look = looks.get(state.kind) ?? { colour: 0x777777 };
+        const mesh = ellipsoid(state, look);
+        body.add(mesh);
+        this.states.push(mesh);
+        const key = `${state.name} ${id ?? ""}`;
+        if (labelled.has(key)) continue;
+        labelled.add(key);
+        const at = () => mesh.getWorldPosition(new THREE.Vector3());
+        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${names?.say(state.name) ?? state.name}`, colour: look.colour, at });
+      }
     }
-    this.scene.add(this.states);
+  }
+
+  // Frees what the graphics card holds.
+  dispose() {
+    this.scene.traverse((object) => {
+      object.geometry?.dispose();
+      object.material?.dispose?.();
+    });
+    this.sun.shadow.map?.dispose();
   }
 
   // Light or dark surroundings.

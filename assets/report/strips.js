@@ -1,10 +1,8 @@
-// The strips of the time axis: decisions and contacts, one module's values, spikes, and the scale.
+// The strips of the time axis: decisions and contacts, one module's values, and the scale.
 
-const SIZES = { decide: 20, act: 22, touch: 20, plot: 118, band: 13, row: 2.2, name: 13, scale: 24, pad: 5 };
+const SIZES = { decide: 20, act: 22, touch: 20, plot: 118, band: 14, row: 2.2, name: 13, scale: 24, pad: 5 };
 const FONT = "12px system-ui, sans-serif";
 const SMALL = "11px system-ui, sans-serif";
-// Number of seconds before the moment over which spikes are counted.
-const RECENT_S = 0.05;
 
 // A strip: a canvas with a line at the moment and one at the pointer.
 class Strip {
@@ -70,7 +68,8 @@ class Lanes extends Strip {
     ["decides", "acts", "contacts"].forEach((name, i) => this.title(pen, name, rows[i] + 9));
     this.within(pen, width, height, () => {
       this.content.acts.forEach((act) => this.drawAct(pen, act, rows));
-      this.content.touches.forEach((touch) => this.drawTouch(pen, touch, rows[2] + 10));
+      const { touches } = this.content;
+      touches.forEach((touch, i) => this.drawTouch(pen, touch, rows[2] + 10, touches[i + 1]));
     });
   }
 
@@ -87,12 +86,13 @@ class Lanes extends Strip {
     pen.textAlign = "left";
     const from = Math.max(x(act.decided), this.axis.left);
     // Show as much text as there is room for. The outcome comes before the action.
-    const texts = [`${act.action}: ${act.outcome}`, act.outcome, act.outcome[0]];
+    const texts = [`${act.words}: ${act.outcome}`, act.words, act.outcome, act.outcome[0]];
     const text = texts.find((text) => pen.measureText(text).width < x(act.until) - from - 8);
     if (text) pen.fillText(text, from + 4, rows[1] + 9);
   }
 
-  drawTouch(pen, touch, y) {
+  // The name stands beside the mark if there is room before the next one.
+  drawTouch(pen, touch, y, next) {
     const x = this.axis.x(touch.t);
     const tip = touch.contact ? 5 : -5;
     pen.fillStyle = touch.contact ? theme.colours.touch : theme.colours.leave;
@@ -101,6 +101,8 @@ class Lanes extends Strip {
     pen.lineTo(x + 5, y - tip);
     pen.lineTo(x, y + tip);
     pen.fill();
+    const room = next ? this.axis.x(next.t) - x - 18 : Infinity;
+    if (pen.measureText(touch.name).width > room) return;
     pen.textAlign = "left";
     pen.fillText(touch.name, x + 7, y);
   }
@@ -108,6 +110,18 @@ class Lanes extends Strip {
   tell(time) {
     return this.content.says(time);
   }
+}
+
+// What the numbers of a module are.
+const UNITS = { activities: "activity", similarities: "cosine" };
+
+// Round numbers between two, about three of them.
+function rounds(low, high) {
+  const rough = (high - low) / 3;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((n) => n * power).find((s) => s >= rough) ?? 10 * power;
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(6)));
 }
 
 class Panel extends Strip {
@@ -122,6 +136,27 @@ class Panel extends Strip {
     return this.content.modules[this.chosen];
   }
 
+  // When the module's values were sampled.
+  get times() {
+    return this.module?.times ?? this.content.times;
+  }
+
+  // Colour and dashes of a curve.
+  look(column) {
+    return this.module?.look?.(column) ?? { colour: theme.line(column), dash: theme.dash(column) };
+  }
+
+  // The samples as a table.
+  csv() {
+    const { module, times } = this;
+    const rows = [["time_s", ...module.names.map(csvField)].join(",")];
+    for (let i = 0; i < times.length; i++) {
+      const own = module.values.subarray(i * module.names.length, (i + 1) * module.names.length);
+      rows.push([times[i].toFixed(4), ...Array.from(own, (v) => Number(v.toPrecision(6)))].join(","));
+    }
+    return `${rows.join("\n")}\n`;
+  }
+
   height() {
     return SIZES.plot;
   }
@@ -129,8 +164,9 @@ class Panel extends Strip {
   // The last sample at or before a moment: a value for each name.
   values(time) {
     const { module } = this;
-    const sample = countUpTo(this.content.times, time) - 1;
-    if (!module || sample < 0) return [];
+    if (!module) return [];
+    const sample = countUpTo(this.times, time) - 1;
+    if (sample < 0) return [];
     return module.names.map((_, column) => module.values[sample * module.names.length + column]);
   }
 
@@ -138,14 +174,17 @@ class Panel extends Strip {
     const { module } = this;
     const [low, high] = module?.range ?? [-0.1, 1.1];
     const at = (value) => height - SIZES.pad - ((value - low) / (high - low)) * (height - 2 * SIZES.pad);
-    for (const value of [0, 0.5, 1]) {
+    for (const value of rounds(low, high)) {
       pen.fillStyle = theme.colours.line;
       pen.fillRect(this.axis.left, at(value), width - this.axis.left - this.axis.right, 1);
       pen.fillStyle = theme.colours.soft;
       pen.textAlign = "right";
       pen.fillText(String(value), this.axis.left - 6, at(value));
     }
-    this.title(pen, module ? (module.shows === "activities" ? "activity" : "cosine") : "no data", at(0.75));
+    // Between two numbers of the axis, where there is room.
+    const unit = module ? UNITS[module.shows] ?? module.shows : "no data";
+    const [one, two] = rounds(low, high).slice(-2);
+    if (pen.measureText(unit).width < this.axis.left - 4) this.title(pen, unit, at(two === undefined ? high : (one + two) / 2));
     if (!module) return;
     this.within(pen, width, height, () => {
       module.names.forEach((name, column) => {
@@ -155,12 +194,13 @@ class Panel extends Strip {
   }
 
   drawLine(pen, module, column, at) {
-    const { times } = this.content;
+    const { times } = this;
+    const { colour, dash } = this.look(column);
     const [from, to] = this.axis.view;
     const first = Math.max(countUpTo(times, from) - 1, 0);
     const last = Math.min(countUpTo(times, to) + 1, times.length);
-    pen.strokeStyle = theme.line(column);
-    pen.setLineDash(theme.dash(column));
+    pen.strokeStyle = colour;
+    pen.setLineDash(dash);
     pen.lineWidth = 1.6;
     pen.beginPath();
     // Of samples that share a pixel, draw only the least and the greatest.
@@ -189,98 +229,15 @@ class Panel extends Strip {
     if (!values.length) return ["no values here"];
     const order = values.map((value, i) => [value, module.names[i]])
       .filter(([, name]) => !this.hidden.has(name)).sort((a, b) => b[0] - a[0]);
-    return [module.name, ...order.slice(0, 8).map(([value, name]) => `${name} ${value.toFixed(2)}`)];
-  }
-}
-
-class Raster extends Strip {
-  constructor(axis, content) {
-    super(axis, "Spikes over simulated time");
-    this.content = content;
-    const paths = content.populations.map(({ path }) => path.split("/"));
-    // The first name of the paths is left out where all share it.
-    const shared = paths.length > 1 && paths.every((path) => path.length > 1 && path[0] === paths[0][0]);
-    let row = 0;
-    this.bands = content.populations.map((population, i) => {
-      const band = { ...population, name: paths[i].slice(shared ? 1 : 0).join("/"), first: row };
-      row += population.rows;
-      return band;
-    });
-  }
-
-  // Width that the names need beside the bands.
-  nameWidth() {
-    const pen = this.canvas.getContext("2d");
-    pen.font = SMALL;
-    return Math.max(...this.bands.map(({ name }) => pen.measureText(name).width)) + 12;
-  }
-
-  // The bands from the top; names stand above them where the gutter is too narrow.
-  laid() {
-    const above = this.axis.namesAbove ? SIZES.name : 0;
-    let y = SIZES.pad;
-    return this.bands.map((band) => {
-      const top = y + above;
-      const height = Math.max(band.rows * SIZES.row, above ? 0 : SIZES.band);
-      y = top + height + 2;
-      return { ...band, top, height, name_y: above ? top - 6 : top + height / 2 };
-    });
-  }
-
-  height() {
-    const last = this.laid().at(-1);
-    return last.top + last.height + SIZES.pad;
-  }
-
-  draw(pen, width, height) {
-    const bands = this.laid();
-    const places = new Float32Array(bands.reduce((sum, { rows }) => sum + rows, 0));
-    pen.font = SMALL;
-    for (const band of bands) {
-      this.title(pen, band.name, band.name_y);
-      pen.fillStyle = theme.colours.band;
-      pen.fillRect(this.axis.left, band.top, width - this.axis.left - this.axis.right, band.height);
-      for (let i = 0; i < band.rows; i++) places[band.first + i] = band.top + i * SIZES.row;
-    }
-    const { spikes } = this.content;
-    const [from, to] = this.axis.view;
-    const last = countUpTo(spikes.t, to);
-    pen.fillStyle = theme.colours.ink;
-    this.within(pen, width, height, () => {
-      for (let i = countUpTo(spikes.t, from); i < last; i++) {
-        pen.fillRect(this.axis.x(spikes.t[i]) - 0.5, places[spikes.row[i]], 1, SIZES.row);
-      }
-    });
-  }
-
-  // Spikes of each population in the time up to a moment.
-  counts(time) {
-    const { spikes } = this.content;
-    const counts = this.bands.map(() => 0);
-    for (let i = countUpTo(spikes.t, time - RECENT_S); i < spikes.t.length && spikes.t[i] <= time; i++) {
-      const band = this.bands.findLastIndex(({ first }) => first <= spikes.row[i]);
-      if (band >= 0) counts[band] += 1;
-    }
-    return counts;
-  }
-
-  tell(time, y) {
-    const counts = this.counts(time);
-    const said = ({ name }, i) => `${name} ${counts[i]}`;
-    const span = `spikes in the last ${1000 * RECENT_S} ms`;
-    if (y === undefined) return [span, ...this.bands.map(said)];
-    const bands = this.laid();
-    const index = Math.max(bands.findLastIndex(({ top, name_y: name }) => Math.min(top, name) - 6 <= y), 0);
-    const { name, rows, neurons, top } = bands[index];
-    const neuron = clamp(Math.floor((y - top) / SIZES.row), 0, rows - 1) + 1;
-    return [name, `row ${neuron} of ${rows}, from ${neurons} neurons`, `${span}: ${counts[index]}`];
+    return [module.title ?? module.name, ...order.slice(0, 8).map(([value, name]) => `${this.content.say(name)} ${value.toFixed(2)}`)];
   }
 }
 
 class Scale extends Strip {
   constructor(axis) {
-    super(axis, "Simulated time in seconds");
-    this.canvas.tabIndex = -1;
+    super(axis, "");
+    this.canvas.removeAttribute("tabindex");
+    this.canvas.setAttribute("aria-label", "Simulated time in seconds");
   }
 
   height() {

@@ -10,7 +10,13 @@ function table(columns, rows) {
     return element;
   };
   const head = columns.map((name, i) => cell("th", name.replace(">", ""), i));
-  const body = rows.map((row) => make("tr", null, ...row.map((content, i) => cell("td", content, i))));
+  const data = (content, index) => {
+    const element = cell("td", content, index);
+    // On a narrow page each cell stands on a line of its own, behind the name of its column.
+    element.dataset.column = columns[index].replace(">", "");
+    return element;
+  };
+  const body = rows.map((row) => make("tr", null, ...row.map(data)));
   const filled = make("tbody");
   // One by one: a long list cannot be spread over the arguments of a function.
   for (const row of body) filled.append(row);
@@ -30,8 +36,8 @@ function pressable(row, act) {
 
 const listed = (names) => (names && names.length ? names.join(", ") : "–");
 
-function statesTable(domain) {
-  if (domain.framed) return framedStatesTable(domain);
+function statesTable(domain, names) {
+  if (domain.framed) return framedStatesTable(domain, names);
   const rows = domain.states.map((state) => {
     // A state of a domain written in code has no poses.
     if (!state.mean) return [state.name, state.kind, "–", "–", "–", "–"];
@@ -46,8 +52,8 @@ function statesTable(domain) {
   return table(columns, rows);
 }
 
-function operatorsTable(domain) {
-  if (domain.framed) return framedOperatorsTable(domain);
+function operatorsTable(domain, names) {
+  if (domain.framed) return framedOperatorsTable(domain, names);
   const index = new Map(domain.states.map((state, i) => [state.name, i]));
   const rows = domain.operators.map((operator) => {
     const { instances, before } = operator.evidence ?? {};
@@ -61,12 +67,21 @@ function operatorsTable(domain) {
   return table(["action", ">instances", "preconditions", "effects", "never held before it"], rows);
 }
 
+// A symbol in words, with the symbol below if they differ.
+function named(symbol, names) {
+  const words = names.say(symbol);
+  if (words === symbol) return symbol;
+  const small = make("div", symbol);
+  small.className = "symbol";
+  return make("div", null, make("div", capital(words)), small);
+}
+
 // The states of a domain with frames, one row for each place.
-function framedStatesTable(domain) {
+function framedStatesTable(domain, names) {
   const rows = domain.states.flatMap((state) => state.places.map((place, i) => {
     const first = (text) => (i === 0 ? text : "");
     return [
-      first(state.name), first(state.kind), first(state.frame), first(String(state.count)), first(state.origin),
+      first(named(state.name, names)), first(state.kind), first(state.frame), first(String(state.count)), first(state.origin),
       place.position, place.spread, first(state.orientation),
     ];
   }));
@@ -75,10 +90,11 @@ function framedStatesTable(domain) {
 }
 
 // The actions of a domain with frames. Each condition stands on a line of its own, with its reason.
-function framedOperatorsTable(domain) {
+function framedOperatorsTable(domain, names) {
   const lines = (texts) => make("div", null, ...(texts.length ? texts : ["–"]).map((text) => make("div", text)));
   const rows = domain.operators.map((operator) => [
-    operator.name, String(operator.instances), operator.from.join(" or "), operator.target,
+    named(operator.name, names), String(operator.instances), operator.from.map((state) => names.say(state)).join(" or "),
+    names.words.size ? names.say(operator.to) : operator.target,
     lines(operator.conditions), lines(operator.side_effects),
   ]);
   return table(["action", ">instances", "from", "to", "conditions before it", "side effects"], rows);

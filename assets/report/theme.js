@@ -29,7 +29,7 @@ class Theme {
   apply() {
     document.documentElement.dataset.theme = this.dark ? "dark" : "light";
     const style = getComputedStyle(document.documentElement);
-    const names = ["ink", "soft", "line", "paper", "wash", "band", "decide", "done", "failed", "touch", "leave", "sky", "floor"];
+    const names = ["ink", "soft", "line", "paper", "wash", "band", "decide", "done", "failed", "touch", "leave", "sky", "floor", "now", "mark"];
     this.colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
     this.listeners.forEach((listen) => listen());
   }

@@ -14,119 +14,54 @@ function unpackModules(run, arrays) {
     });
 }
 
-class Thinking {
-  constructor(page) {
-    const { run, arrays } = page.data;
-    const populations = run?.populations ?? [];
-    const spikes = { t: singles(arrays?.spikes.t ?? ""), row: singles(arrays?.spikes.row ?? "") };
-    const touches = page.touches.map((touch) => ({ ...touch, name: page.partName(touch.part) }));
-    this.content = {
-      duration: page.duration, acts: page.acts, touches, times: page.times(), modules: unpackModules(run, arrays),
-      spikes, populations, rows: spikes.t.length ? populations.reduce((sum, p) => sum + p.rows, 0) : 0,
-      says: (time) => page.saysAt(time), valued: () => this.showValues(),
-    };
-    this.timeline = new Timeline(byId("strips"), this.content, (time) => page.seek(time));
-    byId("thinking").textContent = [
-      `Goal: ${run?.goal ?? "unknown"}.`,
-      "Each panel shows the values of one module: one sample every 2 ms while the planner decides, every 40 ms while the robot acts.",
-      this.content.rows ? "The spikes at the bottom are from a few neurons of each population, kept while the planner decides." : "",
-    ].join(" ");
-    this.heads = new Map();
-    const { modules } = this.content;
-    modules.slice(0, 2).forEach((_, i) => this.add(i));
-    if (modules.length === 0) this.add(0);
-    theme.listeners.push(() => this.refresh());
-    byId("more").addEventListener("click", () => this.addNext().focus());
-    const [first] = page.acts;
-    if (first) this.timeline.look(0, Math.min(page.duration, first.decided + 0.1));
-  }
-
-  addNext() {
-    const shown = new Set(this.timeline.panels.map(({ chosen }) => chosen));
-    const next = this.content.modules.findIndex((_, i) => !shown.has(i));
-    return this.add(Math.max(next, 0));
-  }
-
-  // Adds a panel with its head: the module's selector, and the names with their values. Returns the selector.
-  add(index) {
-    const panel = this.timeline.addPanel(index);
-    const select = make("select", null, ...this.content.modules.map(({ name }, i) => new Option(name, String(i))));
-    if (this.heads.size === 0) select.id = "module";
-    select.value = String(index);
-    select.addEventListener("change", () => this.choose(Number(select.value), panel));
-    const remove = make("button", "Remove");
-    remove.type = "button";
-    remove.setAttribute("aria-label", "Remove this module");
-    const head = {
-      select, remove, names: make("span"), meaning: make("p"), outputs: [],
-      box: make("div", null, make("label", "Module ", select), remove),
-    };
-    head.box.className = "controls";
-    head.names.className = "names";
-    head.meaning.className = "note";
-    const whole = make("div", null, head.box, head.meaning, head.names, panel.box);
-    whole.className = "panel";
-    remove.addEventListener("click", () => {
-      this.timeline.removePanel(panel);
-      this.heads.delete(panel);
-      whole.remove();
-      this.refresh();
-      byId("more").focus();
-    });
-    byId("panels").append(whole);
-    this.heads.set(panel, head);
-    this.choose(index, panel);
-    return select;
-  }
-
-  choose(index, panel = this.timeline.panels[0]) {
-    const head = this.heads.get(panel);
-    if (!head) return;
-    panel.chosen = index;
-    head.select.value = String(index);
-    head.meaning.textContent = MEANING[panel.module?.name] ?? "";
-    panel.canvas.setAttribute("aria-label", `Values of ${panel.module?.name ?? "no module"} over simulated time. `
-      + "Arrow keys move the moment and show the values there");
-    this.refresh();
-  }
-
-  refresh() {
-    const { panels } = this.timeline;
-    for (const [panel, head] of this.heads) {
-      head.remove.hidden = panels.length < 2;
-      head.outputs = [];
-      head.names.replaceChildren(...(panel.module?.names ?? []).map((name, i) => this.legend(panel, head, name, i)));
-    }
-    byId("more").disabled = panels.length >= this.content.modules.length;
-    this.timeline.draw();
-  }
-
-  legend(panel, head, name, index) {
-    const box = make("input");
-    box.type = "checkbox";
-    box.checked = !panel.hidden.has(name);
-    box.addEventListener("change", () => {
-      if (box.checked) panel.hidden.delete(name);
-      else panel.hidden.add(name);
-      this.timeline.draw();
-    });
-    const line = make("i");
-    line.style.borderTop = `3px ${theme.dash(index).length ? "dashed" : "solid"} ${theme.line(index)}`;
-    const value = make("output");
-    head.outputs.push(value);
-    return make("label", null, box, line, name, value);
-  }
-
-  // Values at the pointer, or at the moment: in the heads of the panels and in a sentence.
-  showValues() {
-    const { asked, pointer, raster } = this.timeline;
-    for (const [panel, { outputs }] of this.heads) {
-      const values = panel.values(asked);
-      outputs.forEach((output, i) => { output.textContent = values[i] === undefined ? "–" : values[i].toFixed(2); });
-    }
-    const said = [`${pointer ? "Pointer" : "Moment"} at ${seconds(asked, 3)}`, ...this.content.says(asked)];
-    byId("reading").textContent = `${said.join("; ")}.`;
-    if (raster) byId("counts").textContent = raster.tell(asked).join(", ");
-  }
+// What each phase of the planner is, in a line each.
+function phasesList() {
+  const lines = Object.entries(PHASES).flatMap(([name, meaning]) => [make("dt", name), make("dd", meaning)]);
+  const list = make("details", null, make("summary", "What the phases are"), make("dl", null, ...lines));
+  list.className = "phases";
+  return list;
 }
 
+class Thinking extends Panels {
+  constructor(page) {
+    super({
+      duration: 0.1, acts: [], touches: [], times: new Float32Array(), modules: [], spikes: { t: [], row: [] }, populations: [],
+      rows: 0, word: "Module", says: (time) => page.saysAt(time), say: (symbol) => page.names.say(symbol),
+    }, (time) => page.seek(time));
+    this.page = page;
+  }
+
+  // Shows an episode. Only of the recorded episode the activity of the network is known.
+  show(episode) {
+    const { run, arrays } = this.page.data;
+    const populations = run?.populations ?? [];
+    const own = episode.recorded ? arrays : null;
+    const spikes = { t: singles(own?.spikes.t ?? ""), row: singles(own?.spikes.row ?? "") };
+    const touches = episode.touches.map((touch) => ({ ...touch, name: episode.part(touch.part) }));
+    const rows = spikes.t.length ? populations.reduce((sum, p) => sum + p.rows, 0) : 0;
+    Object.assign(this.content, {
+      duration: episode.duration, acts: episode.acts, touches, times: episode.times, modules: unpackModules(run, own),
+      spikes, populations, rows,
+    });
+    byId("thinking").textContent = own || !arrays
+      ? ["Each panel shows the values of one module: one sample every 2 ms while the planner decides, every 40 ms while the robot acts.",
+        rows ? "The spikes are from a few neurons of each population, kept while the planner decides." : "",
+        this.until(episode)].join(" ")
+      : `The activity of the network was recorded in episode ${(this.page.data.filmed ?? 0) + 1} only.`;
+    this.refill(2);
+  }
+
+  // A problem that is compiled anew has another network, which is not recorded.
+  until({ times, duration }) {
+    const last = times.at(-1) ?? duration;
+    return last < duration - 0.2 ? `After ${seconds(last)} another network planned, because the problem had changed; its activity was not recorded.` : "";
+  }
+
+  meaning(module) {
+    return MEANING[module?.name] ?? "";
+  }
+
+  more(module) {
+    return module?.name === "phase" ? [phasesList()] : [];
+  }
+}

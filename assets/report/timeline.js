@@ -13,24 +13,37 @@ class Timeline {
     this.right = GUTTER.right;
     this.left = GUTTER.least;
     this.tip = box.querySelector(".tip");
-    this.lanes = new Lanes(this, content);
-    this.raster = content.rows > 0 ? new Raster(this, content) : null;
+    // Without a robot there are no decisions and no contacts.
+    this.lanes = content.acts ? new Lanes(this, content) : null;
+    this.raster = null;
     this.scale = new Scale(this);
     this.panels = [];
-    byId("lanes").append(this.lanes.box);
-    if (this.raster) byId("raster").append(make("p", "Spikes"), this.raster.box);
+    if (this.lanes) byId("lanes").append(this.lanes.box);
     byId("scale").append(this.scale.box);
-    this.strips.forEach((strip) => this.listen(strip));
+    [...(this.lanes ? [this.lanes] : []), this.scale].forEach((strip) => this.listen(strip));
     theme.listeners.push(() => this.draw());
     new ResizeObserver(() => this.draw()).observe(box);
   }
 
+  // Takes over content that has changed, and shows all of it.
+  refill() {
+    const { content } = this;
+    this.pointer = null;
+    this.raster = content.rows > 0 ? new Raster(this, content) : null;
+    const head = make("div", null, make("span", "Spikes, folded by module: press a name to unfold it"),
+      ...exportButtons("the spikes", () => this.raster, () => this.raster.csv()));
+    head.className = "controls";
+    byId("raster").replaceChildren(...(this.raster ? [head, this.raster.box] : []));
+    if (this.raster) this.listen(this.raster);
+    this.look(0, content.duration);
+  }
+
   get strips() {
-    return [this.lanes, ...this.panels, ...(this.raster ? [this.raster] : []), this.scale];
+    return [...(this.lanes ? [this.lanes] : []), ...this.panels, ...(this.raster ? [this.raster] : []), this.scale];
   }
 
   get width() {
-    return this.lanes.canvas.clientWidth;
+    return this.scale.canvas.clientWidth;
   }
 
   addPanel(index) {
@@ -150,8 +163,11 @@ class Timeline {
     });
     canvas.addEventListener("pointerup", (event) => {
       if (!event.isPrimary) return;
-      if (start && !start.moved) this.seek(this.timeAt(event.offsetX));
+      const pressed = start && !start.moved;
       start = null;
+      const name = this.namesAbove ? event.pointerType === "touch" : event.offsetX < this.left;
+      if (pressed && name && strip.toggle?.(event.offsetY)) this.draw();
+      else if (pressed) this.seek(this.timeAt(event.offsetX));
     });
     const leave = () => {
       start = null;

@@ -15,6 +15,7 @@ mod drawing;
 mod page;
 mod recordings;
 mod series;
+pub(crate) mod shell;
 
 pub use curves::Curves;
 pub use page::RunPage;

@@ -183,7 +183,12 @@ impl TimeSeries {
         })
     }
 
-    fn rows(&self) -> impl Iterator<Item = (f64, &[Real])> {
+    /// Name of the numbers.
+    pub(super) fn unit(&self) -> &'static str {
+        self.axis.0
+    }
+
+    pub(super) fn rows(&self) -> impl Iterator<Item = (f64, &[Real])> {
         self.times_s.iter().copied().zip(self.values.chunks(self.columns.len().max(1)))
     }
 }

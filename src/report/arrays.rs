@@ -1,4 +1,4 @@
-//! `arrays.npz`: frames, module activity and spikes of the recorded episode, in numpy's format.
+//! `arrays.npz`: frames, module activity and spikes of the recorded episode, and the frames of others, in numpy's format.
 //!
 //! | array | shape | contents |
 //! |---|---|---|
@@ -10,25 +10,28 @@
 //! | `module_NAME` | S x columns | activity of the module `NAME`; `run.json` names its columns |
 //! | `spikes_t` | N | simulated time of each spike, in seconds |
 //! | `spikes_row` | N | row of the neuron that fired, counted over the populations of `run.json` |
+//! | `episode_E_frames_t` | F | as `frames_t`, of another episode E, counted from 0; and so on for the other frames |
 
-use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix2, Ix3};
+use std::collections::BTreeMap;
+
+use ndarray::{Array, Array1, Array2, Dimension, Ix1, Ix2};
 use serde_json::{Value, json};
 
 use super::facts::{ModuleFacts, RunFacts};
-use super::page::base64;
+use super::film::Film;
 use super::trace::MAX_EPISODE_S;
 use crate::files::npz::{NpzError, NpzReader, NpzWriter};
+use crate::record::shell::base64;
 use crate::robot::scene::SceneFrame;
 use crate::task::TaskError;
 use crate::task::execute::ActivityRecorder;
 
-/// The arrays of a run's recorded episode.
+/// The arrays of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Arrays {
-    frames_t: Array1<f64>,
-    angles: Array2<f32>,
-    fingers: Array2<f32>,
-    parts: Array3<f32>,
+    film: Film,
+    /// Frames of other episodes, by their number.
+    others: BTreeMap<usize, Film>,
     modules_t: Array1<f64>,
     modules: Vec<(String, Array2<f32>)>,
     spikes_t: Array1<f64>,
@@ -41,18 +44,26 @@ const PREFIX: &str = "module_";
 
 /// Greatest distance of the last frame and the last module sample from the episode's end, in seconds. It is greater
 /// than the interval between frames or samples.
-const ROUGHLY_S: f64 = 0.1;
+pub(super) const ROUGHLY_S: f64 = 0.1;
 
-type Frames = (Array1<f64>, Array2<f32>, Array2<f32>, Array3<f32>);
+/// Greatest number of values of all modules in the page, 1.3 characters each. Longer activity is thinned out.
+const MAX_VALUES: usize = 900_000;
+/// Greatest number of spikes in the page, roughly, 11 characters each.
+const MAX_SPIKES: usize = 80_000;
+/// Greatest number of numbers of all films in the page, 5.3 characters each.
+const MAX_FILMED: usize = 420_000;
 
 /// Reads an array of doubles.
-fn numbers(npz: &mut NpzReader<'_>, name: &str) -> Result<Array1<f64>, String> {
+pub(super) fn numbers(npz: &mut NpzReader<'_>, name: &str) -> Result<Array1<f64>, String> {
     let read = npz.read::<f64, Ix1>(name);
     read.map_err(|error| format!("{name} cannot be read ({error})"))
 }
 
 /// Reads an array of single or double precision as single precision.
-fn singles<D: Dimension>(npz: &mut NpzReader<'_>, name: &str) -> Result<Array<f32, D>, String> {
+pub(super) fn singles<D: Dimension>(
+    npz: &mut NpzReader<'_>,
+    name: &str,
+) -> Result<Array<f32, D>, String> {
     let read = npz.read::<f32, D>(name).or_else(|error| {
         let double = npz.read::<f64, D>(name);
         double.map(|values| values.mapv(|v| v as f32)).map_err(|_| error)
@@ -64,7 +75,7 @@ fn singles<D: Dimension>(npz: &mut NpzReader<'_>, name: &str) -> Result<Array<f3
 const MAX_ROWS: usize = 2_000;
 
 /// Returns whether times are in ascending order and within the length of an episode.
-fn rising(times: &Array1<f64>) -> bool {
+pub(super) fn rising(times: &Array1<f64>) -> bool {
     times.iter().all(|t| (0.0..=MAX_EPISODE_S).contains(t))
         && times.iter().zip(times.iter().skip(1)).all(|(a, b)| a <= b)
 }
@@ -76,12 +87,6 @@ fn fits(values: &Array2<f32>, names: &[String]) -> bool {
 impl Arrays {
     /// Copies the frames and the activity of an episode.
     pub fn of(frames: &[SceneFrame], activity: &ActivityRecorder) -> Self {
-        let parts = frames.first().map_or(0, |frame| frame.parts.len());
-        let count = frames.len();
-        let at = |frame: usize, part: usize, number: usize| {
-            let Some(pose) = frames[frame].parts.get(part) else { return f32::NAN };
-            pose.position.iter().chain(&pose.orientation).nth(number).map_or(0.0, |v| *v as f32)
-        };
         let modules = activity.modules().iter().map(|module| {
             let columns = module.names.len();
             let rows = module.values.len() / columns.max(1);
@@ -89,16 +94,20 @@ impl Arrays {
             (module.name.clone(), Array2::from_shape_fn((rows, columns), value))
         });
         Self {
-            frames_t: frames.iter().map(|f| f.t).collect(),
-            angles: Array2::from_shape_fn((count, 7), |(f, i)| frames[f].angles[i] as f32),
-            fingers: Array2::from_shape_fn((count, 2), |(f, i)| frames[f].fingers[i] as f32),
-            parts: Array3::from_shape_fn((count, parts, 7), |(f, p, i)| at(f, p, i)),
+            film: Film::of(frames),
+            others: BTreeMap::new(),
             modules_t: activity.times_s().iter().copied().collect(),
             modules: modules.collect(),
             spikes_t: activity.spikes().iter().map(|s| s.0).collect(),
             spikes_row: activity.spikes().iter().map(|s| s.1).collect(),
             unread: Vec::new(),
         }
+    }
+
+    /// Adds the frames of another episode, whose number is counted from 0.
+    pub fn with_episode(mut self, number: usize, frames: &[SceneFrame]) -> Self {
+        self.others.insert(number, Film::of(frames));
+        self
     }
 
     /// Packs the arrays into the bytes of a file.
@@ -111,10 +120,10 @@ impl Arrays {
 
     fn pack(&self) -> Result<Vec<u8>, NpzError> {
         let mut npz = NpzWriter::new();
-        npz.add("frames_t", &self.frames_t)?;
-        npz.add("frames_angles", &self.angles)?;
-        npz.add("frames_fingers", &self.fingers)?;
-        npz.add("frames_parts", &self.parts)?;
+        self.film.pack(&mut npz, "")?;
+        for (number, film) in &self.others {
+            film.pack(&mut npz, &format!("episode_{number}_"))?;
+        }
         npz.add("modules_t", &self.modules_t)?;
         for (name, values) in &self.modules {
             npz.add(&format!("{PREFIX}{name}"), values)?;
@@ -132,11 +141,19 @@ impl Arrays {
     pub fn from_npz(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
         let mut npz = NpzReader::new(bytes).map_err(|error| error.to_string())?;
         let (mut arrays, mut odd) = (Self::default(), Vec::new());
-        match Self::read_frames(&mut npz) {
-            Ok(frames) => {
-                (arrays.frames_t, arrays.angles, arrays.fingers, arrays.parts) = frames;
-            }
+        match Film::read(&mut npz, "") {
+            Ok(film) => arrays.film = film,
             Err(why) => odd.push(why),
+        }
+        for name in npz.names() {
+            let other = name.strip_suffix("frames_t").filter(|prefix| !prefix.is_empty());
+            let Some(prefix) = other else { continue };
+            let number = prefix.strip_prefix("episode_").and_then(|p| p.strip_suffix('_'));
+            let Some(number) = number.and_then(|n| n.parse().ok()) else { continue };
+            match Film::read(&mut npz, prefix) {
+                Ok(film) => drop(arrays.others.insert(number, film)),
+                Err(why) => odd.push(why),
+            }
         }
         match numbers(&mut npz, "modules_t") {
             Ok(times) => arrays.modules_t = times,
@@ -170,56 +187,28 @@ impl Arrays {
         Ok((arrays, odd))
     }
 
-    fn read_frames(npz: &mut NpzReader<'_>) -> Result<Frames, String> {
-        let frames = (
-            numbers(npz, "frames_t")?,
-            singles::<Ix2>(npz, "frames_angles")?,
-            singles::<Ix2>(npz, "frames_fingers")?,
-            singles::<Ix3>(npz, "frames_parts")?,
-        );
-        let (times, angles, fingers, parts) = &frames;
-        let lengths = [angles.nrows(), fingers.nrows(), parts.dim().0];
-        let widths = (angles.ncols(), fingers.ncols(), parts.dim().2);
-        if times.is_empty() {
-            return Err("frames_t is empty".into());
-        }
-        if lengths != [times.len(); 3] || widths != (7, 2, 7) {
-            return Err("the arrays of frames differ in length or have a wrong shape".into());
-        }
-        Ok(frames)
-    }
-
-    fn forget_frames(&mut self) {
-        let Self { frames_t, angles, fingers, parts, .. } = Self::default();
-        (self.frames_t, self.angles, self.fingers, self.parts) = (frames_t, angles, fingers, parts);
-    }
-
     fn forget_activity(&mut self) {
         let Self { modules_t, modules, spikes_t, spikes_row, .. } = Self::default();
         (self.modules_t, self.modules) = (modules_t, modules);
         (self.spikes_t, self.spikes_row) = (spikes_t, spikes_row);
     }
 
-    /// Keeps the frames and the activity only if they end when an episode of `simulated_s` seconds ends. The second
-    /// value has a sentence on what was left out.
+    /// Keeps the frames only if they end when an episode of `simulated_s` seconds ends, and the activity unless it ends later,
+    /// or earlier without frames that fit. The second value has a sentence on what was left out.
     pub fn lasting(mut self, simulated_s: f64) -> (Self, Vec<String>) {
         let mut odd = Vec::new();
-        let mut other = |what: &str, times: &Array1<f64>| {
-            let last = times.last().copied().unwrap_or(simulated_s);
-            let differs = (last - simulated_s).abs() > ROUGHLY_S;
-            if differs {
-                let than =
-                    format!("the recorded episode in trace.jsonl ends after {simulated_s:.2} s");
-                odd.push(format!("its {what} end after {last:.2} s, but {than}"));
-            }
-            differs
-        };
-        let [frames, activity] =
-            [other("frames", &self.frames_t), other("modules", &self.modules_t)];
-        if frames {
-            self.forget_frames();
+        let mut fits = self.film.len() > 0;
+        if let Err(why) = self.film.lasts(simulated_s) {
+            odd.push(why);
+            fits = false;
+            self.film = Film::default();
         }
-        if activity {
+        let last = self.modules_t.last().copied().unwrap_or(simulated_s);
+        let late = last - simulated_s;
+        // The network of a problem that is compiled anew is not recorded, so the activity may end before the frames do.
+        if late > ROUGHLY_S || (late < -ROUGHLY_S && !fits) {
+            let than = format!("the recorded episode in trace.jsonl ends after {simulated_s:.2} s");
+            odd.push(format!("its modules end after {last:.2} s, but {than}"));
             self.forget_activity();
         }
         (self, odd)
@@ -229,10 +218,17 @@ impl Arrays {
     /// unknown. The second value has a sentence on each array that was left out.
     pub fn fitting(mut self, facts: &RunFacts, parts: Option<usize>) -> (Self, Vec<String>) {
         let mut odd = Vec::new();
-        if let Err(why) = self.check_frames(parts) {
+        if let Err(why) = self.film.check(parts) {
             odd.push(why);
-            self.forget_frames();
+            self.film = Film::default();
         }
+        self.others.retain(|number, film| match film.check(parts) {
+            Ok(()) => true,
+            Err(why) => {
+                odd.push(format!("episode {}: {why}", number + 1));
+                false
+            }
+        });
         if !rising(&self.modules_t) {
             odd.push("modules_t is not an ascending list of times in an episode".into());
             (self.modules_t, self.modules) = Default::default();
@@ -266,63 +262,82 @@ impl Arrays {
         (self, odd)
     }
 
-    fn check_frames(&self, parts: Option<usize>) -> Result<(), String> {
-        if self.frames_t.is_empty() {
-            return Ok(());
-        }
-        if !rising(&self.frames_t) {
-            return Err("frames_t is not an ascending list of times in an episode".into());
-        }
-        let own = self.parts.dim().1;
-        if let Some(parts) = parts.filter(|parts| *parts != own) {
-            return Err(format!(
-                "the frames have {own} parts, but the scene of run.json has {parts}"
-            ));
-        }
-        let frames = self.angles.iter().chain(&self.fingers).chain(&self.parts);
-        if !frames.copied().all(f32::is_finite) {
-            return Err("the frames have values that are not finite".into());
-        }
-        Ok(())
+    /// Takes the films out: that of the recorded episode first, then others as long as there is room in a page, the
+    /// episodes in `first` before the rest.
+    pub(super) fn take_films(&mut self, first: &[usize]) -> (Film, Vec<(usize, Film)>) {
+        let film = std::mem::take(&mut self.film);
+        let mut others: Vec<(usize, Film)> = std::mem::take(&mut self.others).into_iter().collect();
+        others.sort_by_key(|(number, _)| (!first.contains(number), *number));
+        let mut left = MAX_FILMED.saturating_sub(film.size());
+        others.retain(|(_, film)| {
+            let fits = film.size() <= left;
+            left -= if fits { film.size() } else { 0 };
+            fits
+        });
+        (film, others)
     }
 
-    /// Returns the arrays as the page reads them: base64 of little-endian single precision. A module's values are one
-    /// byte each, in steps of 1/127 of the module's greatest absolute value (at least 1).
+    /// Returns the activity as the page reads it: times and spikes as base64 of little-endian single precision. A
+    /// module's values are one byte each, in steps of 1/127 of the module's greatest absolute value (at least 1). Samples
+    /// between two that are the same are left out.
     pub(super) fn into_page(self) -> Value {
-        let singles = |values: &mut dyn Iterator<Item = f32>| -> String {
-            base64(&values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
-        };
-        let packed = |values: &Array2<f32>| {
+        let bytes = |values: &Array2<f32>| {
             let most = values.iter().fold(1.0f32, |most, v| most.max(v.abs()));
             let steps = 127.0 / most;
             let byte = |v: &f32| ((v * steps).round().clamp(-127.0, 127.0) as i8).to_le_bytes()[0];
-            (steps, base64(&values.iter().map(byte).collect::<Vec<u8>>()))
+            (steps, values.iter().map(byte).collect::<Vec<u8>>())
         };
-        // Each array is dropped when its text is done, because both together could fill the memory.
-        let modules: Vec<Value> = (self.modules.into_iter())
+        let samples = self.modules_t.len();
+        let modules: Vec<(String, usize, f32, Vec<u8>)> = (self.modules.into_iter())
             .map(|(name, values)| {
-                let (steps, values) = packed(&values);
+                let (steps, packed) = bytes(&values);
+                (name, values.ncols(), steps, packed)
+            })
+            .collect();
+        let same = |a: usize, b: usize| {
+            modules.iter().all(|(_, columns, _, all)| {
+                let row = |i: usize| &all[i * columns..(i + 1) * columns];
+                row(a) == row(b)
+            })
+        };
+        let mut rows: Vec<usize> = (0..samples)
+            .filter(|i| *i == 0 || i + 1 == samples || !same(i - 1, *i) || !same(*i, i + 1))
+            .collect();
+        let width: usize = modules.iter().map(|(_, columns, ..)| columns).sum();
+        let step = (rows.len() * width).div_ceil(MAX_VALUES).max(1);
+        rows = kept(rows.len(), step).into_iter().map(|i| rows[i]).collect();
+        let modules: Vec<Value> = (modules.into_iter())
+            .map(|(name, columns, steps, all)| {
+                let values = rows.iter().flat_map(|i| &all[i * columns..(i + 1) * columns]);
+                let values = base64(&values.copied().collect::<Vec<u8>>());
                 json!({"name": name, "steps": steps, "values": values})
             })
             .collect();
-        let (frames, parts) = (self.frames_t.len(), self.parts.dim().1);
+        // Of very many spikes those of some rows are left.
+        let every = (self.spikes_row.len().div_ceil(MAX_SPIKES).max(1)) as u32;
+        let spikes = || {
+            let all = self.spikes_t.iter().zip(&self.spikes_row);
+            all.filter(move |(_, row)| row.is_multiple_of(every))
+        };
         json!({
-            "frames": {
-                "count": frames,
-                "parts": parts,
-                "t": singles(&mut self.frames_t.into_iter().map(|t| t as f32)),
-                "angles": singles(&mut self.angles.into_iter()),
-                "fingers": singles(&mut self.fingers.into_iter()),
-                "poses": singles(&mut self.parts.into_iter()),
-            },
             "modules": {
-                "t": singles(&mut self.modules_t.into_iter().map(|t| t as f32)),
+                "t": packed(&mut rows.iter().map(|i| self.modules_t[*i] as f32)),
                 "of": modules,
             },
             "spikes": {
-                "t": singles(&mut self.spikes_t.into_iter().map(|t| t as f32)),
-                "row": singles(&mut self.spikes_row.into_iter().map(|row| row as f32)),
+                "t": packed(&mut spikes().map(|(t, _)| *t as f32)),
+                "row": packed(&mut spikes().map(|(_, row)| *row as f32)),
             },
         })
     }
+}
+
+/// Returns the indices of every `step`-th of `count` things, and of the last.
+pub(super) fn kept(count: usize, step: usize) -> Vec<usize> {
+    (0..count).filter(|i| i.is_multiple_of(step) || i + 1 == count).collect()
+}
+
+/// Returns numbers as the page reads them: base64 of little-endian single precision.
+pub(super) fn packed(values: &mut dyn Iterator<Item = f32>) -> String {
+    base64(&values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::task::domain::{
-    Coordinate, Frame, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
+    Coordinate, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
 };
 
 /// Returns a domain as the page reads it: tables in words, and the ellipsoids of the 3-D view.
@@ -15,12 +15,13 @@ pub(super) fn to_page(domain: &RelationalDomain) -> Value {
         "goal": goals.join(", "),
         "states": domain.states.iter().map(state).collect::<Vec<_>>(),
         "operators": domain.operators.iter().map(|o| operator(domain, o)).collect::<Vec<_>>(),
-        "drawn": domain.states.iter().flat_map(drawn).collect::<Vec<_>>(),
+        "drawn": (0..domain.states.len()).flat_map(|state| drawn(domain, state)).collect::<Vec<_>>(),
     })
 }
 
 fn state(state: &FrameState) -> Value {
-    let mm = |metres: f64| format!("{:.1}", metres * 1e3);
+    // Adding 0 leaves no minus before a zero.
+    let mm = |metres: f64| format!("{:.1}", (metres * 1e4).round() / 10.0 + 0.0);
     let places = state.places.iter().map(|place| {
         let position = place.coordinates.map(|c| match c {
             Coordinate::Tight { mean, .. } => mm(mean),
@@ -39,11 +40,10 @@ fn state(state: &FrameState) -> Value {
     })
 }
 
-/// Returns the places of a state in the world frame, with the covariance of their position.
-fn drawn(state: &FrameState) -> Vec<Value> {
-    if state.frame != Frame::World {
-        return Vec::new();
-    }
+/// Returns the places of a state in their frame, with the covariance of their position.
+fn drawn(domain: &RelationalDomain, index: usize) -> Vec<Value> {
+    let state = &domain.states[index];
+    let goal = domain.goals.iter().any(|goal| goal.state == index);
     let place = |place: &Place| {
         let mut covariance = [[0.0; 6]; 6];
         for (axis, coordinate) in place.coordinates.iter().enumerate() {
@@ -51,7 +51,7 @@ fn drawn(state: &FrameState) -> Vec<Value> {
         }
         json!({
             "name": state.name, "kind": state.kind, "count": place.count, "origin": state.origin,
-            "mean": place.pose(), "covariance": covariance,
+            "frame": state.frame.kind(), "goal": goal, "mean": place.pose(), "covariance": covariance,
         })
     };
     state.places.iter().map(place).collect()

@@ -44,12 +44,25 @@ pub struct RunFacts {
     /// Episode that `arrays.npz` and `scene.json` show, counted from 0.
     #[serde(default, rename = "filmed")]
     pub recorded: usize,
+    /// Other episodes whose frames are in `arrays.npz`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub also_filmed: Vec<Filmed>,
     /// Results of the run, as printed by `--json`.
     pub summary: Map<String, Value>,
     /// Modules whose activity is in `arrays.npz`.
     pub modules: Vec<ModuleFacts>,
     /// Populations whose spikes are in `arrays.npz`, in the order of their rows.
     pub populations: Vec<PopulationFacts>,
+}
+
+/// An episode whose frames are in `arrays.npz`, beside the recorded one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Filmed {
+    /// Number of the episode, counted from 0.
+    pub episode: usize,
+    /// Seed from which its scene was drawn.
+    pub scene_seed: u64,
 }
 
 /// A module and the columns of its array.
@@ -81,20 +94,26 @@ fn default_task() -> String {
 }
 
 impl RunFacts {
-    /// Draws the scene of the recorded episode again.
+    /// Returns the task with the settings of the run.
     ///
     /// # Errors
-    /// [`TaskError::UnknownTask`] if the task has no such name; [`TaskError::Input`], [`TaskError::Setting`] or
-    /// [`TaskError::Range`] if the settings make no valid scene.
-    pub fn draw_scene(&self) -> Result<SceneSpec, TaskError> {
+    /// [`TaskError::UnknownTask`] if no task has the name; [`TaskError::Input`] for settings that cannot be used.
+    pub fn own_task(&self) -> Result<Arc<dyn Task>, TaskError> {
         let settings = self.scene.to_string();
         // The settings of a task file are the whole file, so a task that the program does not have can be drawn, too.
         let is_file = self.scene.get("format").is_some_and(|format| format == tasks::file::FORMAT);
-        let task: Arc<dyn Task> = match is_file {
+        Ok(match is_file {
             true => Arc::new(DataTask::parse(settings.as_bytes(), "run.json")?),
             false => tasks::by_name(&self.task)?.with_settings(settings.as_bytes(), "run.json")?,
-        };
-        let scene = task.scene(Seed::new(self.scene_seed))?;
+        })
+    }
+
+    /// Draws the scene of an episode again from its seed.
+    ///
+    /// # Errors
+    /// As [`RunFacts::own_task`]; [`TaskError::Setting`] or [`TaskError::Range`] if the settings make no valid scene.
+    pub fn draw_scene(&self, seed: u64) -> Result<SceneSpec, TaskError> {
+        let scene = self.own_task()?.scene(Seed::new(seed))?;
         scene.check()?;
         Ok(scene)
     }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::page::filled;
+use crate::record::shell::filled;
 use crate::task::SnapshotEvent;
 use crate::task::import::{Imported, Part, Session, Track};
 

@@ -7,26 +7,34 @@
 mod arrays;
 mod domain;
 mod facts;
+mod film;
 mod imported;
 mod page;
+mod situations;
 pub mod trace;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 pub use arrays::Arrays;
-pub use facts::{ModuleFacts, PopulationFacts, RunFacts};
+pub use facts::{Filmed, ModuleFacts, PopulationFacts, RunFacts};
 pub use imported::import_page;
 pub use page::TITLE;
 
+use film::Film;
+use situations::Objects;
+
 use crate::files::{FileError, Limit, read_regular_file};
+use crate::record::shell::base64;
 use crate::robot::scene::{Outline, SceneSpec};
 use crate::sim::cut;
 use crate::task::TaskError;
 use crate::task::domain::RelationalDomain;
-use crate::task::recording::Recording;
+use crate::task::event::Decided;
+use crate::task::recording::{Demonstration, Recording, SnapshotEvent};
 
 /// A page, and a list of what it cannot show.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +53,8 @@ const RESULTS: &str = "results.json";
 const TRIALS: &str = "trials.bin";
 
 /// Writes the report on the folder of a run, the folder of an experiment, or a folder of such experiment folders. For a
-/// run of one minute this takes about 20 ms, plus the time to read the files.
+/// run of one minute this takes about 100 ms, plus the time to read the files: most of it finds the states of all objects at every
+/// frame.
 ///
 /// The scene is drawn again from the task's name and settings. If [`tasks::all`](crate::task::tasks::all) does not have
 /// the task, the page omits the replay and says so.
@@ -149,7 +158,7 @@ fn of_run(folder: &Path) -> Report {
         }
         Ok(facts)
     });
-    let scene = facts.as_ref().and_then(|facts| match facts.draw_scene() {
+    let scene = facts.as_ref().and_then(|facts| match facts.draw_scene(facts.scene_seed) {
         Ok(scene) => Some(scene),
         Err(TaskError::Input(fault)) => {
             reader.missing.push(shortened(fault.to_string()));
@@ -161,14 +170,15 @@ fn of_run(folder: &Path) -> Report {
         }
     });
     let domain = reader.take("domain.json", Limit::DOMAIN, |bytes, name| {
-        let read = RelationalDomain::parse(bytes, name).map_err(|e| e.to_string());
-        read.map(|domain| domain::to_page(&domain))
+        RelationalDomain::parse(bytes, name).map_err(|e| e.to_string())
     });
     let shown = reader.take("recording.jsonl", Limit::RECORDING, |bytes, name| {
         let (recording, _) = Recording::parse(bytes, name).map_err(|e| e.to_string())?;
         Ok(json!({
             "demonstrations": recording.demos.len(),
             "snapshots": recording.snapshot_count(),
+            "moved": recording.demos.first().map(moved),
+            "alike": recording.demos.windows(2).all(|two| moved(&two[0]) == moved(&two[1])),
         }))
     });
     let traced = reader.take("trace.jsonl", Limit::TRACE, |bytes, _| Ok(trace::read(bytes)));
@@ -205,15 +215,23 @@ fn of_run(folder: &Path) -> Report {
         arrays
     });
     reader.missing.extend(odd.into_iter().map(|why| shortened(format!("arrays.npz: {why}"))));
+    let mut arrays = arrays;
+    let first = failures(facts.as_ref());
+    let (films, numbers) =
+        films(&mut arrays, facts.as_ref(), recorded, scene.as_ref(), domain.as_ref(), &first);
+    let events = events.map(|events| fitting(events, &[numbers, first].concat()));
+    let task = facts.as_ref().and_then(|facts| facts.own_task().ok());
     let data = RunPage {
         kind: "run",
         missing: &reader.missing,
+        task: task.map(|task| json!({"name": task.name(), "description": task.description()})),
         run: facts,
         filmed: recorded,
-        domain,
+        domain: domain.map(|domain| domain::to_page(&domain)),
         recording: shown,
         events,
         outline: scene.as_ref().map(|scene| json!(Outline::of(scene))),
+        films,
         arrays: arrays.map(Arrays::into_page),
     };
     Report { html: page::html(&data), missing: reader.missing }
@@ -224,13 +242,94 @@ fn of_run(folder: &Path) -> Report {
 struct RunPage<'a> {
     kind: &'a str,
     missing: &'a [String],
+    /// Name and description.
+    task: Option<Value>,
     run: Option<RunFacts>,
     filmed: Option<usize>,
     domain: Option<Value>,
     recording: Option<Value>,
     events: Option<Vec<trace::Line>>,
+    /// Shapes of the scene of the recorded episode.
     outline: Option<Value>,
+    /// Frames of the recorded episode and of others, with what holds at each.
+    films: Vec<Value>,
     arrays: Option<Value>,
+}
+
+/// Returns the kinds of the objects that a demonstration took, in order.
+fn moved(demo: &Demonstration) -> Vec<String> {
+    let taken = demo.snapshots.iter().filter(|s| s.event == Some(SnapshotEvent::Contact));
+    let kinds = taken.filter_map(|s| Some(s.objects.get(s.object?)?.kind.to_string()));
+    kinds.collect()
+}
+
+/// Greatest number of state names in the events of a page. Of further episodes it has the ends only.
+const MAX_NAMES: usize = 40_000;
+
+/// Leaves the decisions and contacts of some episodes out of a long trace. The episodes in `first` are kept before others.
+fn fitting(events: Vec<trace::Line>, first: &[usize]) -> Vec<trace::Line> {
+    let mut names: BTreeMap<usize, usize> = BTreeMap::new();
+    for line in &events {
+        let of = |d: &Decided| 8 + d.holds.len() + d.needs.len() + d.gives.len() + d.unmet.len();
+        *names.entry(line.episode).or_default() += line.decision.as_ref().map_or(1, of);
+    }
+    let others = names.keys().filter(|episode| !first.contains(episode));
+    let mut left = MAX_NAMES;
+    let whole: BTreeSet<usize> = (first.iter().chain(others))
+        .filter(|episode| {
+            let own = names.get(episode).copied().unwrap_or(0);
+            let fits = own <= left;
+            left -= if fits { own } else { 0 };
+            fits
+        })
+        .copied()
+        .collect();
+    events.into_iter().filter(|line| line.end.is_some() || whole.contains(&line.episode)).collect()
+}
+
+/// Returns the episodes that failed, as `run.json` lists them.
+fn failures(facts: Option<&RunFacts>) -> Vec<usize> {
+    let list = facts.and_then(|facts| facts.summary.get("failures")?.as_array());
+    let number = |failure: &Value| Some(failure.get("episode")?.as_u64()? as usize);
+    list.into_iter().flatten().filter_map(number).collect()
+}
+
+/// Returns the films of the page, that of the recorded episode first, and the episodes that they show.
+fn films(
+    arrays: &mut Option<Arrays>,
+    facts: Option<&RunFacts>,
+    recorded: Option<usize>,
+    scene: Option<&SceneSpec>,
+    domain: Option<&RelationalDomain>,
+    first: &[usize],
+) -> (Vec<Value>, Vec<usize>) {
+    let Some(arrays) = arrays else { return (Vec::new(), recorded.into_iter().collect()) };
+    let (film, others) = arrays.take_films(first);
+    let page = |episode: Option<usize>, film: Film, scene: Option<&SceneSpec>, outline: Value| {
+        let objects = scene.map(Objects::of);
+        let held = objects.as_ref().zip(domain).and_then(|(o, d)| o.situations(&film, d));
+        let objects = objects.map(|objects| objects.to_page());
+        json!({
+            "episode": episode, "objects": objects, "held": held, "outline": outline,
+            "frames": film.into_page(),
+        })
+    };
+    let own = scene.map(Outline::of);
+    let mut numbers: Vec<usize> = recorded.into_iter().collect();
+    let mut films = vec![page(recorded, film, scene, Value::Null)];
+    for (number, film) in others {
+        let seed = facts.and_then(|f| f.also_filmed.iter().find(|f| f.episode == number));
+        let drawn = facts.zip(seed).and_then(|(f, seed)| f.draw_scene(seed.scene_seed).ok());
+        // Bodies that stand elsewhere than in the recorded episode.
+        let differing = drawn.as_ref().zip(own.as_ref()).map(|(scene, own)| {
+            let meshes = Outline::of(scene).meshes.into_iter();
+            meshes.filter(|mesh| !own.meshes.contains(mesh)).collect::<Vec<_>>()
+        });
+        let (Some(scene), Some(meshes)) = (drawn, differing) else { continue };
+        films.push(page(Some(number), film, Some(&scene), json!(meshes)));
+        numbers.push(number);
+    }
+    (films, numbers)
 }
 
 /// Returns the number of episodes that `run.json` states.
@@ -278,7 +377,7 @@ fn of_experiments(folders: &[PathBuf]) -> Report {
         let figure = if folder.join("figure.svg").exists() {
             reader.take("figure.svg", own(Limit::FIGURE, left), |bytes, _| {
                 left -= bytes.len() as u64;
-                Ok(page::base64(bytes))
+                Ok(base64(bytes))
             })
         } else {
             None

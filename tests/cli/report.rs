@@ -22,7 +22,7 @@ fn the_page_of_a_complete_folder_can_be_written_again_from_its_files() {
     let (found, page) = report(copy.path());
     assert!(missing(&found).is_empty(), "{found}");
     assert_eq!(page, written, "the page depends on the files alone");
-    assert!(page.len() < 10_000_000, "{}", page.len());
+    assert!(page.len() < 5_000_000, "{}", page.len());
     assert!(!page.contains("http-equiv=\"refresh\"") && !page.contains("src=\"http"));
 }
 
@@ -290,11 +290,11 @@ fn another_episode_than_the_first_can_be_recorded() {
 }
 
 #[test]
-fn ten_simulated_minutes_stay_below_ten_megabytes() {
+fn ten_simulated_minutes_stay_below_five_megabytes() {
     let copy = copy_of(made_of_ten_minutes());
     let (found, page) = report(copy.path());
     assert!(missing(&found).is_empty(), "{found}");
-    assert!(page.len() < 10_000_000, "{}", page.len());
+    assert!(page.len() < 5_000_000, "{}", page.len());
 }
 
 #[test]

@@ -210,13 +210,45 @@ fn a_page_shows_any_graph() {
     graph.route(&one >> &similarity);
     let sim = graph.run(&lif(), Seed::new(1), ms(60)).unwrap();
     let seen = things.similarities(sim.samples(&state), Things::NAMES).unwrap();
-    let page = RunPage::new("<RED>", &sim).chart("what is seen", &seen).html();
-    assert!(page.contains("<h1>&lt;RED&gt;</h1>") && !page.contains("<RED>"));
-    assert_eq!(page.matches("<svg").count(), 5, "modules, similarities, two outputs, one raster");
-    assert_eq!(page.matches("</svg>").count(), 5);
-    assert!(page.contains("state.output, norm of 32 components"));
-    assert!(page.contains("<td>state</td><td class=\"n\">2</td><td class=\"n\">1600</td>"));
-    assert!(page.contains("60 simulated ms") && page.contains("digraph symbolt"));
+    let page = RunPage::new("<RED>", &sim).chart("what is seen", &seen);
+    let page = page.against("seen again", &seen, &seen).html();
+    assert!(!page.contains("<RED>") && page.len() < 1_000_000, "{}", page.len());
+    let begin = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
+    let end = begin + page[begin..].find("</script>").unwrap();
+    let data: serde_json::Value = serde_json::from_str(&page[begin..end]).unwrap();
+    assert_eq!(data["title"], "<RED>");
+    let told = |plot: &serde_json::Value| {
+        let names = plot["curves"]["names"].as_array().unwrap().len();
+        (plot["kind"].as_str().unwrap().to_owned(), names, plot["curves"]["unit"].to_string())
+    };
+    let told: Vec<_> = data["plots"].as_array().unwrap().iter().map(told).collect();
+    let many = Things::NAMES.len();
+    let expected = [
+        ("chart", many, "similarity"),
+        ("chart", many, "similarity"),
+        ("output", 1, "norm"),
+        ("output", 1, "value"),
+        ("rate", 1, "spikes per second"),
+    ];
+    assert_eq!(told, expected.map(|(kind, n, unit)| (kind.to_owned(), n, format!("\"{unit}\""))));
+    assert_eq!(
+        (&data["plots"][0]["rms"], &data["plots"][1]["rms"]),
+        (&serde_json::Value::Null, &0.0.into())
+    );
+    let spikes = &data["spikes"]["populations"][0];
+    assert_eq!((&spikes["path"], &spikes["neurons"]), (&"state/population".into(), &1600.into()));
+    assert_eq!(spikes["rows"], 100, "evenly spaced neurons");
+    let graph = &data["graph"];
+    let nodes = graph["nodes"].as_array().unwrap();
+    assert_eq!(nodes.len(), sim.graph().node_count());
+    assert!(nodes.contains(&serde_json::json!(["state/population", 32, 1600])), "{graph}");
+    let edges = graph["edges"].as_array().unwrap();
+    assert_eq!(edges.len(), sim.graph().edge_count());
+    assert!(
+        edges.iter().any(|edge| edge[2].as_str().is_some_and(|via| via.ends_with("ms"))),
+        "{graph}"
+    );
+    assert_eq!(data["simulated_s"], 0.06);
     let raster = sim.recordings().spikes().map(|(_, spikes)| spikes.to_svg("S")).next().unwrap();
     let marks = raster.rsplit("<path").next().unwrap().matches('M').count();
     assert!((50..5_000).contains(&marks), "{marks} marks of some 100 neurons");

@@ -23,6 +23,14 @@ pub fn trials() -> Vec<Trial> {
             two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_key,
             the_reader_s_choice_of_colours_counts_more_than_the_system_s,
             spikes_are_counted_by_population_and_no_name_is_cut,
+            decisions_have_their_preconditions_and_reasons,
+            what_holds_is_that_of_the_moment_and_not_of_the_last_look,
+            sentences_are_shown_where_the_run_has_them_and_symbols_elsewhere,
+            places_in_the_frames_of_objects_are_drawn_where_they_are,
+            a_failed_step_has_its_moment_its_number_and_a_picture,
+            the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded,
+            the_page_is_readable_by_everyone_on_every_width,
+            the_page_of_any_graph_has_one_moment_folded_modules_loops_and_exports,
         ],
     )
 }
@@ -65,7 +73,7 @@ fn gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out() {
         }).map((element) => element.outerHTML.slice(0, 80));\n\
         const view = byId('replay').querySelector('canvas').getBoundingClientRect();\n\
         found.small = view.width < 200 || view.height < 200;";
-    for (width, dark) in [(1366, false), (1366, true), (390, false), (390, true)] {
+    for (width, dark) in [(1366, false), (1366, true), (390, false), (390, true), (320, false)] {
         let found = opened_in(&Window { width, dark }, &page(), script);
         let at = format!("{width} px, dark {dark}");
         assert_eq!(found["theme"], if dark { "dark" } else { "light" }, "{at}");
@@ -163,7 +171,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
             select.dispatchEvent(new Event('change')); };\n\
         choose(selects()[0], 'goal_set'); choose(selects()[1], 'utility');\n\
         byId('more').click(); found.three = selects().length;\n\
-        document.querySelectorAll('#panels button')[2].click(); found.two = selects().length;\n\
+        [...document.querySelectorAll('#panels button')].filter((button) => button.textContent === 'Remove')[2].click(); found.two = selects().length;\n\
         found.shown = page.state().shown.map(({ module }) => module);\n\
         const [first, second] = page.timeline.panels;\n\
         const places = [first, second].map(({ canvas }) => canvas.getBoundingClientRect());\n\
@@ -276,5 +284,347 @@ fn spikes_are_counted_by_population_and_no_name_is_cut() {
         assert!(tip.contains(name) && tip.contains("row 3 of 3, from 8 neurons"), "{tip}");
         assert!(tip.contains("spikes in the last 50 ms: 1"), "{tip}");
         assert_eq!((&found["fits"], &found["above"]), (&true.into(), &above.into()), "{width}");
+    }
+}
+
+/// Returns the page with words for some symbols, as `run.json` has them, and with facts that only the planner needs.
+fn with_words(page: &str) -> String {
+    let words = r#""run":{"words":{"PUT_BOLT_AT_BOLT_HOLE_0":"put the bolt in the bolt hole","BOLT_AT_START":"the bolt lies where it was found","nut_0":"the nut","NUT_AT_NUT_POCKET":"a nut is in a nut pocket"},"planner_only":["NO_BOLT_AT_BOLT_HOLE_0_P1"],"goal_words":"the nut is in the pocket, and the bolt in the nut","#;
+    page.replacen(r#""run":{"#, words, 1)
+}
+
+fn decisions_have_their_preconditions_and_reasons() {
+    let script = "\
+        found.acts = page.acts.map(({ action, needs, unmet, gives, holds }) => ({ action, needs, unmet, gives, holds }));\n\
+        found.rows = page.decisionRows.map((row) => row.innerText);\n\
+        found.leads = page.acts.map((act, i) => page.episode.leadsTo(i));";
+    let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    let acts = found["acts"].as_array().expect("decisions");
+    assert!(acts.len() >= 4);
+    for (i, act) in acts.iter().enumerate().filter(|(_, act)| !act["action"].is_null()) {
+        let row = text(&found["rows"][i]);
+        let list = |key: &str| act[key].as_array().expect("a list").clone();
+        assert!(!list("needs").is_empty() && !list("unmet").is_empty(), "{act}");
+        for need in list("needs") {
+            assert!(list("holds").contains(&need), "{need} did not hold: {act}");
+            assert!(row.contains(&format!("{} ✓", text(&need))), "{row}");
+        }
+        assert!(row.contains("Not yet reached: ") && row.contains("It leads to: "), "{row}");
+        assert!(!text(&found["leads"][i]).is_empty(), "{row}");
+    }
+    // The first step is no part of the goal; the last one is.
+    assert!(text(&found["leads"][0]).starts_with("what decision "), "{}", found["leads"]);
+    assert!(text(&found["leads"][2]).starts_with("a part of the goal"), "{}", found["leads"]);
+}
+
+fn what_holds_is_that_of_the_moment_and_not_of_the_last_look() {
+    let script = "\
+        const { held } = page.episode.film;\n\
+        const nut = held.objects.find(({ id }) => id === 'nut_0');\n\
+        const [placed] = nut.changes.find(([, state]) => state === 'NUT_AT_NUT_POCKET');\n\
+        const act = page.acts.find((act) => act.until > placed);\n\
+        found.looked = act.asked < placed && act.holds.includes('NUT_0_AT_START');\n\
+        page.seek(placed + 0.1); found.before_next = page.time < act.until;\n\
+        found.now = byId('now').innerText;\n\
+        page.seek(act.asked); found.then = byId('now').innerText;\n\
+        page.seek(page.duration); found.end = byId('now').innerText;\n\
+        byId('facts').open = true; page.showFacts(); found.facts = byId('facts').innerText;";
+    let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    assert_eq!((&found["looked"], &found["before_next"]), (&true.into(), &true.into()), "{found}");
+    let now = text(&found["now"]);
+    assert!(now.contains("nut_0: NUT_AT_NUT_POCKET (nut_pocket_0)"), "{now}");
+    assert!(now.contains("✓ NUT_AT_NUT_POCKET") && now.contains("○ BOLT_AT_NUT"), "{now}");
+    assert!(text(&found["then"]).contains("nut_0: NUT_AT_START"), "{}", found["then"]);
+    assert!(!text(&found["end"]).contains('○'), "{}", found["end"]);
+    assert!(text(&found["facts"]).contains("NO_NUT_AT_NUT_POCKET"), "{}", found["facts"]);
+}
+
+fn sentences_are_shown_where_the_run_has_them_and_symbols_elsewhere() {
+    let script = "\
+        found.row = page.decisionRows[0].innerText; found.other = page.decisionRows[1].innerText;\n\
+        page.seek(page.duration); found.now = byId('now').innerText;\n\
+        found.story = byId('story').innerText;\n\
+        found.label = [...document.querySelectorAll('.labels span')].map((label) => label.title);";
+    let bare = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    let told = opened_in(&Window { width: 1366, dark: false }, &with_words(&page()), script);
+    assert!(text(&told["row"]).contains("Put the bolt in the bolt hole."), "{}", told["row"]);
+    assert!(text(&told["row"]).contains("the bolt lies where it was found ✓"), "{}", told["row"]);
+    assert!(!text(&told["row"]).contains("NO_BOLT_AT_BOLT_HOLE_0_P1"), "{}", told["row"]);
+    assert!(text(&told["other"]).contains("PUT_NUT_0_AT_NUT_POCKET_0"), "{}", told["other"]);
+    assert!(text(&told["now"]).contains("the nut: a nut is in a nut pocket"), "{}", told["now"]);
+    assert!(text(&told["story"]).contains("The goal: the nut is in the pocket"), "{told}");
+    assert!(told["label"].to_string().contains("goal: a nut is in a nut pocket"), "{told}");
+    for symbol in ["PUT_BOLT_AT_BOLT_HOLE_0.", "BOLT_AT_START ✓", "NO_BOLT_AT_BOLT_HOLE_0_P1 ✓"]
+    {
+        assert!(text(&bare["row"]).contains(symbol), "{}", bare["row"]);
+    }
+}
+
+fn places_in_the_frames_of_objects_are_drawn_where_they_are() {
+    let script = "\
+        const at = (name) => page.replay.bodies.anchors.find((anchor) => anchor.name.endsWith(name)).at().toArray();\n\
+        page.seek(0); found.early = at('goal: BOLT_AT_NUT'); found.pocket = at('goal: NUT_AT_NUT_POCKET');\n\
+        page.seek(page.duration); page.replay.places(); found.late = at('goal: BOLT_AT_NUT');\n\
+        found.parts = page.state().places.parts; found.still = at('goal: NUT_AT_NUT_POCKET');";
+    let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    let apart = |a: &Value, b: &Value| {
+        let [a, b] = [a, b].map(|v| v.as_array().expect("a place").clone());
+        a.iter().zip(&b).map(|(a, b)| (number(a) - number(b)).powi(2)).sum::<f64>().sqrt()
+    };
+    // The nut ends in its pocket and the bolt in the nut, so each is at its goal's place, which went with the nut.
+    assert!(apart(&found["parts"][0], &found["pocket"]) < 1e-3, "{found}");
+    assert!(apart(&found["parts"][1], &found["late"]) < 1e-3, "{found}");
+    assert!(apart(&found["early"], &found["late"]) > 0.1, "{found}");
+    assert!(apart(&found["pocket"], &found["still"]) < 1e-9, "{found}");
+}
+
+fn a_failed_step_has_its_moment_its_number_and_a_picture() {
+    // A run without failures: a step is said to have dropped its part.
+    let dropped = page().replacen(r#""outcome":"placed""#, r#""outcome":"dropped""#, 1);
+    assert_ne!(dropped, page());
+    let script = "\
+        const section = byId('failures'); found.hidden = section.hidden;\n\
+        found.text = section.innerText; found.pictures = section.querySelectorAll('canvas').length;\n\
+        const picture = section.querySelector('canvas');\n\
+        if (picture) { page.replay.copyTo(picture, page.acts[0].until);\n\
+            const { data } = picture.getContext('2d').getImageData(0, 0, picture.width, picture.height);\n\
+            found.colours = new Set(data).size; section.querySelector('button').click(); }\n\
+        found.time = page.time; found.until = page.acts[0].until;\n\
+        found.row = page.decisionRows[0].querySelector('.bad')?.innerText;";
+    let well = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    assert_eq!(well["hidden"], true);
+    let found = opened_in(&Window { width: 1366, dark: false }, &dropped, script);
+    assert_eq!((&found["hidden"], &found["pictures"]), (&false.into(), &1.into()));
+    assert!(number(&found["colours"]) > 20.0, "the picture is blank: {}", found["colours"]);
+    assert!(text(&found["text"]).contains(" mm aside of its target"), "{}", found["text"]);
+    assert_eq!(found["time"], found["until"]);
+    assert_eq!(found["row"], "dropped");
+}
+
+fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {
+    let of = |i: usize| format!(r#"{{"neurons":40,"path":"graph/module_{i}/layer","rows":12}}"#);
+    let populations = (0..70).map(of).collect::<Vec<_>>().join(",");
+    let packed = |numbers: Vec<f32>| {
+        STANDARD.encode(numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
+    };
+    let times = packed((0..840).map(|i| 0.1 + i as f32 * 1e-4).collect());
+    let rows = packed((0..840).map(|i| i as f32).collect());
+    let page = page()
+        .replacen(r#""populations":[]"#, &format!(r#""populations":[{populations}]"#), 1)
+        .replacen(
+            r#""spikes":{"t":"","row":""}"#,
+            &format!(r#""spikes":{{"t":"{times}","row":"{rows}"}}"#),
+            1,
+        );
+    let script = "\
+        found.view = page.timeline.view; found.duration = page.duration;\n\
+        const { raster } = page.timeline;\n\
+        found.folded = raster.laid().length; found.tall = raster.canvas.clientHeight;\n\
+        raster.toggle(raster.laid()[0].top + 2); page.timeline.draw(); found.one = raster.canvas.clientHeight;\n\
+        byId('fold').click(); found.unfolded = raster.laid().length; found.all = raster.canvas.clientHeight;\n\
+        found.box = byId('raster').clientHeight; found.page = document.documentElement.scrollHeight;\n\
+        byId('fold').click(); found.again = raster.laid().length;\n\
+        found.phases = [...document.querySelector('.phases').querySelectorAll('dd')].every((dd) => dd.textContent.length > 10);\n\
+        found.said = page.timeline.content.modules.find(({ name }) => name === 'phase').names.filter(\n\
+            (name) => ![...document.querySelectorAll('.phases dt')].some((dt) => dt.textContent === name));";
+    for width in [1366, 390] {
+        let found = opened_in(&Window { width, dark: false }, &page, script);
+        assert_eq!((&found["view"][0], &found["view"][1]), (&0.into(), &found["duration"]));
+        assert_eq!(
+            (&found["folded"], &found["unfolded"], &found["again"]),
+            (&16.into(), &70.into(), &16.into())
+        );
+        assert!(
+            number(&found["tall"]) < 600.0 && number(&found["one"]) > number(&found["tall"]),
+            "{found}"
+        );
+        assert!(number(&found["all"]) > 1500.0 && number(&found["box"]) <= 520.0, "{found}");
+        assert!(number(&found["page"]) < 8000.0, "{found}");
+        assert_eq!((&found["phases"], &found["said"]), (&true.into(), &serde_json::json!([])));
+    }
+}
+
+/// Finds texts of too little contrast (WCAG 2.1, 1.4.3), controls without a name, and what keys cannot reach.
+const AUDIT: &str = "\
+    const parse = (colour) => { const [r, g, b, a = 1] = colour.match(/[\\d.]+/g).map(Number); return { r, g, b, a }; };\n\
+    const light = ({ r, g, b }) => { const part = (v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;\n\
+        return 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b); };\n\
+    const ground = (element) => { for (let e = element; e; e = e.parentElement) {\n\
+        const colour = parse(getComputedStyle(e).backgroundColor); if (colour.a > 0) return colour; } return { r: 255, g: 255, b: 255 }; };\n\
+    document.querySelectorAll('details').forEach((details) => { details.open = true; });\n\
+    const seen = (element) => element.getClientRects().length > 0 && getComputedStyle(element).visibility === 'visible';\n\
+    const own = [...document.querySelectorAll('body *')].filter((element) => seen(element) && !element.matches(':disabled, option, script')\n\
+        && [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));\n\
+    found.texts = own.length;\n\
+    found.faint = own.map((element) => { const style = getComputedStyle(element);\n\
+        const [a, b] = [light(parse(style.color)), light(ground(element))].sort((x, y) => y - x);\n\
+        const size = parseFloat(style.fontSize); const large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);\n\
+        return { text: element.textContent.trim().slice(0, 40), ratio: (a + 0.05) / (b + 0.05), least: large ? 3 : 4.5 };\n\
+    }).filter(({ ratio, least }) => ratio < least);\n\
+    const controls = [...document.querySelectorAll('button, input, select, textarea, summary, a, [tabindex]')].filter(seen);\n\
+    const name = (control) => control.getAttribute('aria-label') || control.labels?.[0]?.innerText || control.innerText;\n\
+    found.controls = controls.length;\n\
+    found.nameless = controls.filter((control) => !name(control)?.trim()).map((control) => control.outerHTML.slice(0, 100));\n\
+    const scrolls = [...document.querySelectorAll('body *')].filter((element) => seen(element)\n\
+        && element.scrollHeight > element.clientHeight + 1 && ['auto', 'scroll'].includes(getComputedStyle(element).overflowY));\n\
+    found.unreached = [...controls, ...scrolls].filter((control) => control.tabIndex < 0 && !control.matches(':disabled')\n\
+        && !control.querySelector('button, input, [tabindex], a')).map((control) => control.outerHTML.slice(0, 100));\n\
+    found.wide = document.documentElement.scrollWidth - innerWidth;\n\
+    found.shifts = window.shifts;\n\
+    found.ready = document.documentElement.dataset.ready;\n\
+    found.pictured = !page?.replay || page.replay.renderer.info.render.frame > 0;";
+
+fn the_page_is_readable_by_everyone_on_every_width() {
+    let page = page();
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    for (width, dark) in [(1366, false), (1366, true), (390, false), (390, true), (320, false)] {
+        let found = opened_in(&Window { width, dark }, &page, AUDIT);
+        let at = format!("{width} px, dark {dark}");
+        assert!(
+            number(&found["texts"]) > 60.0 && number(&found["controls"]) > 25.0,
+            "{at}: {found}"
+        );
+        for fault in ["faint", "nameless", "unreached"] {
+            assert_eq!(found[fault], serde_json::json!([]), "{at}: {fault}");
+        }
+        assert!(number(&found["wide"]) <= 0.0, "{at} scrolls sideways");
+        assert!(number(&found["shifts"]) < 0.01, "{at}: {}", found["shifts"]);
+        // The picture is drawn by the page's own script, before the page counts as loaded.
+        assert_eq!((&found["ready"], &found["pictured"]), (&"yes".into(), &true.into()), "{at}");
+    }
+    // What would be wrong is found.
+    let bad = page.replacen("--soft: #566272", "--soft: #b0b8c2", 1).replacen(
+        "<header>",
+        "<div style=\"width:3000px\">wide</div><header><button></button>",
+        1,
+    );
+    let found = opened_in(&Window { width: 1366, dark: false }, &bad, AUDIT);
+    assert!(found["faint"].as_array().is_some_and(|faint| faint.len() > 5), "{found}");
+    assert_eq!(found["nameless"].as_array().map(Vec::len), Some(1));
+    assert!(number(&found["wide"]) > 1000.0);
+}
+
+/// Returns the page of a run of a graph with a loop, a weight, neurons and a comparison.
+fn page_of_a_graph() -> String {
+    use symbolt::prelude::*;
+    use symbolt::record::RunPage;
+
+    symbolt::vocabulary!(Words = "words": ONE, TWO);
+    let words = Words::vocabulary(64, Seed::new(1)).expect("words");
+    let mut graph = GraphBuilder::new();
+    let shown = graph.add("shown", words.stimulus([(0, "ONE"), (150, "TWO")]).expect("shown"));
+    let memory = graph.add("memory", State::new(&words).recurrent(Synapse::lowpass_ms(100)));
+    let seen = graph.add("seen", State::new(&words));
+    graph.route(0.5 * &shown >> &memory);
+    graph.route(&shown >> &seen);
+    let ideal = graph.probe(&shown, ProbeSpec::default());
+    let decoded = graph.probe(&seen.output, ProbeSpec::default());
+    let held = graph.probe(&memory.output, ProbeSpec::default());
+    graph.probe_spikes("memory");
+    graph.probe_spikes("seen");
+    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300)).expect("runs");
+    let [ideal, decoded, held] = [ideal, decoded, held]
+        .map(|probe| words.similarities(sim.samples(&probe), Words::NAMES).expect("similarities"));
+    let page = RunPage::new("A memory and its <input>", &sim).against("seen", &decoded, &ideal);
+    page.chart("memory", &held).html()
+}
+
+fn the_page_of_any_graph_has_one_moment_folded_modules_loops_and_exports() {
+    let page = page_of_a_graph();
+    assert!(page.len() < 5_000_000 && !page.contains("WebGLRenderer"), "{} bytes", page.len());
+    let script = "\
+        found.title = document.title;\n\
+        const drawing = () => [...document.querySelectorAll('#drawing .module .name')].map((text) => text.textContent);\n\
+        found.modules = drawing();\n\
+        found.loops = document.querySelectorAll('#drawing .arrow.loop').length;\n\
+        found.labels = [...document.querySelectorAll('#drawing .label')].map((text) => text.textContent);\n\
+        const box = [...document.querySelectorAll('#drawing .folded')].find((box) => box.textContent.includes('memory'));\n\
+        box.focus(); box.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true, cancelable: true }));\n\
+        found.opened = drawing();\n\
+        document.querySelector('#open-modules button').click(); found.folded = drawing();\n\
+        const size = document.querySelector('#drawing svg').getAttribute('viewBox'); byId('larger').click();\n\
+        found.zoomed = size !== document.querySelector('#drawing svg').getAttribute('viewBox'); byId('fit').click();\n\
+        found.inside = [...document.querySelectorAll('#drawing .module rect')].every((rect) => {\n\
+            const { left, right } = rect.getBoundingClientRect(); return left >= -0.5 && right <= innerWidth + 0.5; });\n\
+        const { timeline } = page.plots; found.plots = page.plots.content.modules.map(({ title, shows }) => `${title}: ${shows}`);\n\
+        found.panels = timeline.panels.length;\n\
+        page.seek(0.25);\n\
+        found.moments = timeline.strips.map((strip) => strip.moment.style.transform);\n\
+        found.legend = [...document.querySelector('#panels .panel').querySelectorAll('output')].map((output) => output.textContent);\n\
+        found.values = timeline.panels[0].values(0.25).map((value) => value.toFixed(2));\n\
+        found.note = document.querySelector('#panels .note').textContent;\n\
+        found.names = timeline.panels[0].module.names;\n\
+        const { canvas } = timeline.panels[0]; const at = canvas.getBoundingClientRect();\n\
+        canvas.dispatchEvent(new PointerEvent('pointermove', { bubbles: true, isPrimary: true,\n\
+            clientX: at.left + timeline.x(0.1), clientY: at.top + 20 })); found.tip = document.querySelector('.tip').innerText;\n\
+        const saved = []; URL.createObjectURL = (blob) => { saved.push(blob.type); return 'data:,'; };\n\
+        HTMLAnchorElement.prototype.click = function () { saved.push(this.download); };\n\
+        [...document.querySelectorAll('#strips button')].filter(({ textContent }) => ['SVG', 'CSV'].includes(textContent))\n\
+            .forEach((button) => button.click()); byId('save-drawing').click(); found.saved = saved;\n\
+        found.csv = timeline.panels[0].csv().split('\\n').slice(0, 3); found.rows = timeline.panels[0].csv().split('\\n').length;\n\
+        found.spikes = timeline.raster.csv().split('\\n').length; found.bands = timeline.raster.groups.map(({ name }) => name);";
+    for (width, dark) in [(1366, false), (390, true)] {
+        let found = opened_in(&Window { width, dark }, &page, script);
+        assert_eq!(found["title"], "A memory and its <input>");
+        let mut modules: Vec<&str> =
+            found["modules"].as_array().expect("boxes").iter().map(text).collect();
+        modules.sort_unstable();
+        assert_eq!(modules, ["memory", "seen", "shown"], "routes are arrows");
+        assert_eq!(found["loops"], 1, "the memory's own connection");
+        let labels = found["labels"].to_string();
+        assert!(labels.contains("× 0.5") && labels.contains("100 ms"), "{labels}");
+        assert!(found["opened"].as_array().expect("boxes").len() > 3, "{}", found["opened"]);
+        assert_eq!(found["folded"], found["modules"]);
+        assert_eq!((&found["zoomed"], &found["inside"]), (&true.into(), &true.into()), "{width}");
+        let plots = found["plots"].to_string();
+        for plot in [
+            "seen: similarity",
+            "memory: similarity",
+            "output seen: norm",
+            "spikes per second of memory: ",
+        ] {
+            assert!(plots.contains(plot), "{plots}");
+        }
+        assert!(number(&found["panels"]) >= 3.0, "{found}");
+        let moments = found["moments"].as_array().expect("moments");
+        assert!(
+            moments.len() >= 5 && moments.iter().all(|moment| *moment == moments[0]),
+            "{moments:?}"
+        );
+        assert_eq!(found["legend"], found["values"]);
+        assert_eq!(found["names"], serde_json::json!(["ONE", "TWO", "ONE, ideal", "TWO, ideal"]));
+        assert!(
+            text(&found["note"]).starts_with("Root mean square of decoded minus ideal: 0."),
+            "{}",
+            found["note"]
+        );
+        assert!(text(&found["tip"]).contains("ONE, ideal 1.00"), "{}", found["tip"]);
+        let saved = found["saved"].to_string();
+        for file in [
+            "seen.svg",
+            "seen.csv",
+            "the-spikes.svg",
+            "the-spikes.csv",
+            "modules.svg",
+            "image/svg+xml",
+            "text/csv",
+        ] {
+            assert!(saved.contains(&format!("\"{file}\"")), "{file}: {saved}");
+        }
+        assert_eq!(found["csv"][0], "time_s,ONE,TWO,\"ONE, ideal\",\"TWO, ideal\"");
+        assert_eq!(found["rows"], 1 + 300 + 1);
+        assert!(number(&found["spikes"]) > 100.0);
+        assert_eq!(found["bands"], serde_json::json!(["memory", "seen"]));
+    }
+    for (width, dark) in [(1366, false), (1366, true), (390, false), (320, true)] {
+        let found = opened_in(&Window { width, dark }, &page, AUDIT);
+        let at = format!("{width} px, dark {dark}");
+        for fault in ["faint", "nameless", "unreached"] {
+            assert_eq!(found[fault], serde_json::json!([]), "{at}: {fault}");
+        }
+        assert!(number(&found["wide"]) <= 0.0, "{at} scrolls sideways");
+        assert!(number(&found["shifts"]) < 0.01, "{at}: {}", found["shifts"]);
+        assert_eq!(found["ready"], "yes");
     }
 }

@@ -26,6 +26,20 @@ pub struct Window {
     pub dark: bool,
 }
 
+/// Collects errors, and notes whether the page is drawn when it has loaded and what moves later.
+const WATCH: &str = "<head><script>\n\
+    window.faults = [];\n\
+    addEventListener('error', (event) => faults.push(event.message));\n\
+    addEventListener('unhandledrejection', (event) => faults.push(String(event.reason)));\n\
+    for (const kind of ['error', 'warn']) {\n\
+        const own = console[kind];\n\
+        console[kind] = (...said) => { faults.push(said.join(' ')); own.apply(console, said); };\n\
+    }\n\
+    window.shifts = 0;\n\
+    new PerformanceObserver((list) => list.getEntries().forEach((entry) => { shifts += entry.value; }))\n\
+        .observe({ type: 'layout-shift', buffered: true });\n\
+    </script>";
+
 /// Opens a page in a window, runs `script` in it, and returns the object `found` that the script fills. The page stands
 /// in a frame, because headless Chromium has no window as
 /// narrow as a telephone. The script must not wait: Chromium does not wait for timers in a frame.
@@ -33,7 +47,8 @@ pub fn opened_in(window: &Window, page: &str, script: &str) -> Value {
     let browser = browser().expect("Chromium is installed");
     let place = tempfile::tempdir().expect("a folder");
     let driver = format!(
-        "<script type=\"module\">\nconst page = window.symbolt?.page;\nconst found = {{}};\n\
+        "<script type=\"module\">\nconst page = window.symbolt?.page;\n\
+         const found = {{ faults: window.faults }};\n\
          found.opened_ms = performance.now();\n\
          const byId = (id) => document.getElementById(id);\n\
          const press = (key, options = {{}}) => (document.activeElement ?? document.body).dispatchEvent(\n\
@@ -42,8 +57,8 @@ pub fn opened_in(window: &Window, page: &str, script: &str) -> Value {
          parent.postMessage(btoa(unescape(encodeURIComponent(JSON.stringify(found)))), '*');\n\
          </script>\n</body>"
     );
-    std::fs::write(place.path().join("page.html"), page.replacen("</body>", &driver, 1))
-        .expect("written");
+    let watched = page.replacen("<head>", WATCH, 1).replacen("</body>", &driver, 1);
+    std::fs::write(place.path().join("page.html"), watched).expect("written");
     let width = window.width;
     let frame = format!(
         "<!doctype html><body><iframe src=\"page.html\" width=\"{width}\" height=\"900\"></iframe><script>\n\
@@ -70,5 +85,6 @@ pub fn opened_in(window: &Window, page: &str, script: &str) -> Value {
     let found: Value =
         serde_json::from_slice(&STANDARD.decode(answer).expect("base64")).expect("JSON");
     assert!(found["error"].is_null(), "{}", found["error"]);
+    assert_eq!(found["faults"], serde_json::json!([]), "errors on the console");
     found
 }

@@ -327,7 +327,8 @@ fn results() -> Vec<Format> {
         inner,
         format("trace", 30, vec![TRACE.into()], |bytes| trace::read(bytes).1.is_none()),
         format("run", 6, vec![facts], |bytes| {
-            serde_json::from_slice::<RunFacts>(bytes).is_ok_and(|facts| facts.draw_scene().is_ok())
+            serde_json::from_slice::<RunFacts>(bytes)
+                .is_ok_and(|facts| facts.draw_scene(facts.scene_seed).is_ok())
         }),
     ]
 }

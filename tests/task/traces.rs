@@ -77,6 +77,9 @@ fn a_written_trace_reads_back_as_it_was_observed() {
         begun,
         skill,
         chosen: None,
+        unmet: vec!["B".into()],
+        needs: vec!["A".into()],
+        gives: vec!["B".into()],
         recovery: recovery(),
     };
     let touch = Touched { t: 1.5, part: 1, contact: true };

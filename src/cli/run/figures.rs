@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
-use symbolt::report::RunFacts;
+use symbolt::report::{Filmed, RunFacts};
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::study::statistics::FEW_TRIALS;
@@ -50,6 +50,7 @@ impl Figures<'_> {
         task: &dyn Task,
         scene_seed: Seed,
         activity: &ActivityRecorder,
+        also_filmed: Vec<Filmed>,
     ) -> RunFacts {
         let (format, version) = RunFacts::FORMAT;
         let (modules, populations) = RunFacts::of_activity(activity);
@@ -74,6 +75,7 @@ impl Figures<'_> {
             scene: task.settings(),
             scene_seed: scene_seed.value(),
             recorded: args.record_episode - 1,
+            also_filmed,
             summary: self.figures_json(args),
             modules,
             populations,

@@ -14,8 +14,8 @@ use anyhow::{Error, bail, ensure};
 use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
-use symbolt::report::Arrays;
 use symbolt::report::trace::Tracer;
+use symbolt::report::{Arrays, Filmed};
 use symbolt::robot::scene::{Scene, SceneFrame};
 use symbolt::sim::{InterventionLog, LiveError, LogError, Seed};
 use symbolt::study::Tally;
@@ -38,6 +38,11 @@ use super::{config, rank, ranks, report};
 
 /// Time between two frames of the recorded episode, in simulated milliseconds.
 const FRAME_MS: u64 = 40;
+/// Time between two frames of another episode, in simulated milliseconds.
+const OTHER_FRAME_MS: u64 = 200;
+/// Number of the first episodes that may be filmed, and greatest number of other episodes whose frames are written. Those
+/// that failed go before the rest.
+const FILMED: (usize, usize) = (100, 20);
 /// Greatest number of episodes. Long ones take 22 kB of the trace each, and `report` reads 32 MiB.
 const MAX_EPISODES: usize = 1_000;
 
@@ -127,15 +132,23 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
     let result = Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least };
-    let facts = result.facts(args, &*spec.task, scene_seed, &activity);
-    let frames = episodes.get(recorded).map_or(&[][..], |e| &e.episode.frames);
+    let also = also_filmed(&episodes, recorded);
+    let seeds = also.iter().map(|episode| {
+        let scene_seed = self::scene_seed(args, *episode).value();
+        Filmed { episode: *episode, scene_seed }
+    });
+    let facts = result.facts(args, &*spec.task, scene_seed, &activity, seeds.collect());
+    let frames = |episode: usize| episodes.get(episode).map_or(&[][..], |e| &e.episode.frames);
+    let arrays = also.iter().fold(Arrays::of(frames(recorded), &activity), |arrays, episode| {
+        arrays.with_episode(*episode, frames(*episode))
+    });
     let trace: String = episodes.iter().map(|e| e.tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None)?.into_bytes(),
         learned.domain.to_json()?.into_bytes(),
         (scene.to_json()? + "\n").into_bytes(),
         trace.into_bytes(),
-        Arrays::of(frames, &activity).to_npz()?,
+        arrays.to_npz()?,
         format!("{:#}\n", json!(facts)).into_bytes(),
     ];
     folder::write(&folder, contents)?;
@@ -233,18 +246,36 @@ struct Runner<'l> {
 }
 
 impl Runner<'_> {
-    /// Prepares an episode. Only the recorded one keeps frames and has interventions.
+    /// Prepares an episode. The recorded one keeps more frames than others, and only it has interventions.
     fn prepared(&self, index: usize) -> Result<PreparedEpisode<'_>, TaskError> {
         let own = episode_seed(self.args, index);
-        let frame_ms = (index == self.args.record_episode - 1).then_some(FRAME_MS);
+        let recorded = index == self.args.record_episode - 1;
+        let frame_ms = match recorded {
+            true => Some(FRAME_MS),
+            false => (index < FILMED.0).then_some(OTHER_FRAME_MS),
+        };
         let perturbation = self.args.perturb.then(|| self.spec.task.perturbation(own)).flatten();
-        let interventions = match frame_ms {
-            Some(_) => self.spec.interventions.clone(),
-            None => InterventionLog::default(),
+        let interventions = match recorded {
+            true => self.spec.interventions.clone(),
+            false => InterventionLog::default(),
         };
         let spec = EpisodeSpec { frame_ms, perturbation, interventions, ..self.spec.clone() };
         PreparedEpisode::new(self.domain, &self.build, &spec, own)
     }
+}
+
+/// Returns the episodes beside the recorded one whose frames are written, in ascending order.
+fn also_filmed(episodes: &[Ran], recorded: usize) -> Vec<usize> {
+    let others = episodes
+        .iter()
+        .enumerate()
+        .filter(|(i, ran)| *i != recorded && !ran.episode.frames.is_empty());
+    let mut others: Vec<(bool, usize)> =
+        others.map(|(i, ran)| (ran.episode.report.succeeded(), i)).collect();
+    others.sort_unstable();
+    let mut kept: Vec<usize> = others.into_iter().take(FILMED.1).map(|(_, i)| i).collect();
+    kept.sort_unstable();
+    kept
 }
 
 /// Runs an episode, traces it, and shows it to these observers.

@@ -7,6 +7,7 @@ use super::io::{AdvanceIo, EmitIo, Outputs, StateMut, StateRef, StepCx};
 use super::parts::Parts;
 use super::port::PortDecl;
 use crate::sim::error::NodeFault;
+use crate::sim::real::Real;
 
 /// The smallest part of a graph: it computes outputs from inputs and state.
 ///
@@ -78,6 +79,13 @@ pub trait Node: Any + Send + Sync {
 
     /// Returns the node as one that advances in parts, if it does. Most nodes do not.
     fn parts(&self) -> Option<&dyn Parts> {
+        None
+    }
+
+    /// Returns the factor by which the node multiplies its input number `input` before it adds it to others, for drawings;
+    /// `None` if it does something else with it.
+    fn weight(&self, input: usize) -> Option<Real> {
+        let _ = input;
         None
     }
 

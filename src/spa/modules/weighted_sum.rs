@@ -55,6 +55,10 @@ impl<K: Kind> Node for Superpose<K> {
         hash.reals(&self.weights).reals(&self.constant);
     }
 
+    fn weight(&self, input: usize) -> Option<Real> {
+        self.weights.get(input).copied()
+    }
+
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let output = io.outputs.get_mut(0);
         output.copy_from_slice(&self.constant);

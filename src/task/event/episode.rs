@@ -35,6 +35,15 @@ pub struct Decided {
     /// The parts that were in no state when the planner was asked.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub in_no_state: Vec<InNoState>,
+    /// Names of the facts of the goal that did not hold when the planner was asked: why it acts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmet: Vec<String>,
+    /// Names of the action's preconditions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<String>,
+    /// Names of the action's effects: what holds after it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gives: Vec<String>,
 }
 
 /// A part in no state, and the nearest state.

@@ -13,7 +13,7 @@ use crate::sim::{Real, Seed};
 use crate::task::classify::Layout;
 use crate::task::event::{Decided, Ended, InNoState, Touched};
 use crate::task::planner::{PlannerInput, Request};
-use crate::task::propositional::{ActionId, Obstacle, StateId, Verdict, WorldState};
+use crate::task::propositional::{Obstacle, StateId, Verdict, WorldState};
 
 /// The executor's phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -197,12 +197,20 @@ impl Live {
         let late = planner.patience_ms().is_some_and(|patience| waited_ms >= patience);
         let no_plan = || Verdict::Stuck(Obstacle::NoPlan { state: self.goal });
         let Some(verdict) = lasting.or_else(|| late.then(no_plan)) else { return };
-        let name = |action: ActionId| domain[action].name.clone();
+        let action = if let Verdict::Act(action) = verdict { Some(&domain[action]) } else { None };
+        let names = |states: &[StateId]| -> Vec<String> {
+            states.iter().map(|state| domain[*state].name.clone()).collect()
+        };
+        let goals = tools.model.ground.goals().iter();
+        let unmet: Vec<_> = goals.copied().filter(|goal| !self.present.holds(*goal)).collect();
         self.log.decisions.push(Decided {
             asked_s: (since_step * step_ms) as f64 / 1e3,
             took_ms: waited_ms as f64,
             holds: self.present.iter().map(|state| domain[state].name.clone()).collect(),
-            action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
+            action: action.map(|operator| operator.name.clone()),
+            unmet: names(&unmet),
+            needs: action.map_or_else(Vec::new, |operator| names(&operator.preconditions)),
+            gives: action.map_or_else(Vec::new, |operator| names(&operator.effects)),
             begun: false,
             skill: None,
             chosen: None,

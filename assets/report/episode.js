@@ -1,0 +1,107 @@
+// One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
+
+class Episode {
+  constructor(data, number, names) {
+    this.number = number;
+    this.names = names;
+    this.domain = data.domain;
+    this.film = (data.films ?? []).find((film) => film.episode === number);
+    const lines = (data.events ?? []).filter((line) => line.episode === number);
+    this.touches = lines.flatMap((line) => line.touch ?? []);
+    this.end = lines.flatMap((line) => line.end ?? [])[0];
+    this.frames = unpackFrames(this.film?.frames);
+    this.reason = data.run?.summary?.failures?.find((failure) => failure.episode === number)?.reason;
+    this.acts = this.join(lines.flatMap((line) => line.decision ?? []));
+    this.goals = new Set(this.acts.flatMap((act) => [...act.unmet, ...(act.goal ? [act.goal] : [])]));
+    this.recorded = number === data.filmed;
+    this.times = this.recorded && data.arrays ? singles(data.arrays.modules.t) : new Float32Array();
+    const ends = [this.frames.t.at(-1), ...this.acts.map((act) => act.until), this.times.at(-1), this.end?.simulated_s, 0.1];
+    // A long list cannot be spread over the arguments of a function.
+    this.duration = ends.filter(Number.isFinite).reduce((most, end) => Math.max(most, end), 0);
+  }
+
+  // Every decision with its outcome and the moment at which its action ended.
+  join(decisions) {
+    const last = this.end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
+    return decisions.map((decision, i) => {
+      const decided = decision.asked_s + decision.took_ms / 1000;
+      const action = detour(decision) ?? decision.action;
+      const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
+      return {
+        asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
+        words: decision.words ?? (action && this.names.say(action)), outcome: action ? outcome : null,
+        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
+        holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: decision.gives ?? [],
+        needs: decision.needs ?? this.learnedNeeds(decision), goal: decision.chosen?.goal,
+        strays: decision.in_no_state ?? [], recovery: recoveryInWords(decision.recovery, this.names),
+      };
+    });
+  }
+
+  // What an older trace does not have: the conditions of the learned action.
+  learnedNeeds({ action, chosen }) {
+    return this.domain?.operators?.find(({ name }) => name === (chosen?.operator ?? action))?.preconditions ?? [];
+  }
+
+  // What a decision leads to, in words: goals that it reaches, and the next decision that needs what it brings about.
+  leadsTo(index) {
+    const act = this.acts[index];
+    const fresh = act.gives.filter((fact) => !act.holds.includes(fact));
+    const goals = fresh.filter((fact) => this.goals.has(fact));
+    const later = this.acts.findIndex((other, i) => i > index && other.action && other.symbol !== act.symbol
+      && other.needs.some((need) => fresh.includes(need)));
+    const said = [];
+    if (goals.length) said.push(`a part of the goal: ${this.names.list(goals, 3)}`);
+    if (later >= 0) said.push(`what decision ${later + 1} needs: ${this.acts[later].words}`);
+    if (!said.length && fresh.length) said.push(this.names.list(this.names.shown(fresh), 3));
+    return said.join("; and ");
+  }
+
+  // The part between the fingers at a moment.
+  heldAt(time) {
+    const last = this.touches.findLast((touch) => touch.t <= time);
+    return last?.contact ? last.part : undefined;
+  }
+
+  // The decision that is being made or carried out at a moment.
+  at(time) {
+    return this.acts.findLastIndex((act) => act.asked <= time);
+  }
+
+  // An object's name by its index among the parts of the scene.
+  part(index) {
+    const id = this.film?.objects?.parts[index]?.id;
+    return id ? this.names.say(id) : `part ${index + 1}`;
+  }
+
+  // Where each object is at a moment, in words; null if that is not known.
+  places(time) {
+    if (!this.film?.held) return null;
+    return this.film.held.objects.map(({ id, part, changes }) => {
+      const [, state, reference] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null, null];
+      const on = reference ? ` (${this.names.say(reference)})` : "";
+      const held = this.heldAt(time) === part ? "in the hand" : "in no known state";
+      return { name: this.names.say(id), state, words: state ? `${this.names.say(state)}${on}` : held };
+    });
+  }
+
+  // The terms of the goal at a moment, each with the number of objects that it lacks; null if that is not known.
+  goalAt(time) {
+    if (!this.film?.held) return null;
+    return this.film.held.goal.map(({ term, changes }) => {
+      const [, lacking] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null];
+      return { term, lacking };
+    });
+  }
+
+  // How the episode ended, in words.
+  outcome() {
+    return this.end?.words ?? endInWords(this.end, this.domain, this.reason, this.names);
+  }
+}
+
+function unpackFrames(frames) {
+  if (!frames) return { count: 0, parts: 0, t: new Float32Array() };
+  const unpacked = Object.fromEntries(["t", "angles", "fingers", "poses"].map((k) => [k, singles(frames[k])]));
+  return { ...frames, ...unpacked };
+}

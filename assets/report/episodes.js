@@ -1,0 +1,27 @@
+// The list of episodes: the reader chooses one by its number and outcome.
+
+function episodesList(data, choose) {
+  const ends = new Map((data.events ?? []).filter((line) => line.end).map((line) => [line.episode, line.end]));
+  const counts = new Map();
+  for (const line of data.events ?? []) {
+    if (line.decision) counts.set(line.episode, (counts.get(line.episode) ?? 0) + 1);
+  }
+  const filmed = new Set((data.films ?? []).map((film) => film.episode));
+  const failures = new Map((data.run?.summary?.failures ?? []).map(({ episode, reason }) => [episode, reason]));
+  const numbers = [...ends.keys()].sort((a, b) => a - b);
+  const buttons = new Map();
+  const rows = numbers.map((number) => {
+    const button = make("button", `Episode ${number + 1}`);
+    button.type = "button";
+    button.addEventListener("click", () => choose(number));
+    buttons.set(number, button);
+    const end = ends.get(number);
+    const solved = end.ended === "GoalMet" && end.assembled;
+    const why = end.words ?? endInWords(end, data.domain, failures.get(number), data.names);
+    const has = counts.has(number) ? (filmed.has(number) ? "pictures and decisions" : "decisions") : "outcome only";
+    return [button, solved ? "solved" : `failed: ${why}`, String(counts.get(number) ?? "–"), end.simulated_s.toFixed(1), has];
+  });
+  const grid = table(["episode", "outcome", ">decisions", ">simulated s", "on this page"], rows);
+  grid.classList.add("episodes");
+  return { grid, buttons };
+}

@@ -1,0 +1,75 @@
+// What went wrong in an episode: the moment, the number that ruled it out, and a picture.
+
+const PICTURE = { width: 240, height: 160 };
+const WELL = ["placed", "not begun"];
+
+// The failed steps and a failed end, each with its moment, a sentence and a number in words.
+function failuresOf(episode) {
+  const found = episode.acts.filter((act) => act.action && !WELL.includes(act.outcome)).map((act) => ({
+    time: act.until, title: `${capital(act.words)}: ${act.outcome}`, number: missedBy(episode, act),
+  }));
+  const { end } = episode;
+  if (end && (end.ended !== "GoalMet" || !end.assembled)) {
+    const strays = episode.acts.at(-1)?.strays ?? [];
+    const off = strays.map((stray) => `${episode.names.say(stray.object)}: ${stray.off}`).join("; ");
+    const lacking = (episode.goalAt(end.simulated_s) ?? []).filter((term) => term.lacking > 0);
+    const open = lacking.map(({ term, lacking: count }) => `${term}: ${count} lacking`).join("; ");
+    // What ended the episode comes first.
+    found.unshift({ time: end.simulated_s, title: `The end: ${episode.outcome()}`, number: [open, off].filter(Boolean).join(". ") });
+  }
+  return found;
+}
+
+// How far a part is from its target when its step has ended, and what is nearest to the target.
+function missedBy(episode, act) {
+  const { chosen, until } = act;
+  if (!chosen?.target || episode.frames.count === 0) return "";
+  const parts = episode.film?.objects?.parts ?? [];
+  const [x, y, z] = chosen.target.position;
+  const apart = parts.map(({ id }, index) => {
+    const [px, py, pz] = positionAt(episode.frames, index, until);
+    return { id, across: Math.hypot(px - x, py - y), above: pz - z, all: Math.hypot(px - x, py - y, pz - z) };
+  });
+  const own = apart.find(({ id }) => id === chosen.object);
+  if (!own) return "";
+  const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"}`;
+  const said = [`${episode.names.say(own.id)} is ${millimetres(own.across, 0)} mm aside of its target and ${height}`];
+  const near = apart.filter(({ id }) => id !== own.id && id !== chosen.reference).sort((a, b) => a.all - b.all)[0];
+  if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from that target`);
+  return said.join("; ");
+}
+
+function positionAt({ t, poses, parts, count }, index, time) {
+  const frame = clamp(countUpTo(t, time) - 1, 0, count - 1);
+  return [0, 1, 2].map((axis) => poses[(frame * parts + index) * 7 + axis]);
+}
+
+function showFailures(section, episode, replay, seek) {
+  const found = failuresOf(episode);
+  section.hidden = found.length === 0;
+  const cards = found.map(({ time, title, number }) => {
+    const go = make("button", `Go to ${seconds(time)}`);
+    go.type = "button";
+    go.setAttribute("aria-label", `Go to ${seconds(time)}: ${title}`);
+    go.addEventListener("click", () => seek(time));
+    const text = make("div", null, make("h3", title), make("p", number || "No number is known."), go);
+    const card = make("li", null, ...(replay ? [picture(replay, time, title)] : []), text);
+    return card;
+  });
+  section.querySelector("ul").replaceChildren(...cards);
+}
+
+// A picture of a moment, drawn when it comes near to the window.
+function picture(replay, time, title) {
+  const canvas = make("canvas");
+  Object.assign(canvas, PICTURE);
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", `The scene at ${seconds(time)}: ${title}`);
+  const watch = new IntersectionObserver((seen) => {
+    if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
+    watch.disconnect();
+    replay.copyTo(canvas, time);
+  });
+  watch.observe(canvas);
+  return canvas;
+}

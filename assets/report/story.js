@@ -1,0 +1,46 @@
+// The run in four short paragraphs: what was shown, learned, decided and done.
+
+// What the demonstrations took in the hand, one after another.
+function taken({ moved, alike, demonstrations }) {
+  if (!moved?.length) return [];
+  const kinds = moved.map((kind) => kind.replaceAll("_", " ")).join(", ");
+  return [demonstrations > 1 && !alike ? `The first one took in turn: ${kinds}.` : `In turn the hand took: ${kinds}.`];
+}
+
+// Each paragraph is a heading and lines of text.
+function story({ run, domain, recording }, episode) {
+  const { summary = {} } = run ?? {};
+  const goal = run?.goal_words ?? domain?.goal ?? run?.goal;
+  const acts = episode.acts.filter((act) => act.action && act.outcome !== "not begun");
+  const placed = acts.filter((act) => act.outcome === "placed").length;
+  const { episodes = 1 } = summary;
+  const shown = recording
+    ? [`${plural(recording.demonstrations, "demonstration")} with ${plural(recording.snapshots, "snapshot")} of where everything was.`,
+      ...taken(recording)]
+    : ["Nothing is known about the demonstrations."];
+  const learned = domain
+    ? [`The goal: ${goal || "unknown"}.`, `${plural(domain.states.length, "state")} and ${plural(domain.operators.length, "action")}:`]
+    : ["The learned domain is missing."];
+  const actions = (domain?.operators ?? []).map((operator) => episode.names.begin(operator.name));
+  const longest = episode.acts.reduce((most, act) => Math.max(most, act.took), 0);
+  const decided = episode.acts.length
+    ? [`${plural(acts.length, "step")}, decided one at a time. The longest decision took ${longest.toFixed(0)} ms of simulated time.`]
+    : ["No decisions are known."];
+  const steps = acts.map((act) => `${capital(act.words)}${act.outcome === "placed" ? "" : ` (${act.outcome})`}`);
+  const failed = acts.length - placed;
+  const done = [`${placed} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`,
+    episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
+  if (episodes > 1) done.push(`In all, ${summary.assembled} of ${episodes} episodes were solved.`);
+  return [["Shown", shown], ["Learned", learned, actions], ["Decided", decided, steps], ["Done", done]];
+}
+
+function showStory(box, data, episode) {
+  box.replaceChildren(...story(data, episode).map(([heading, lines, steps]) => {
+    const item = make("li", null, make("h2", heading), ...lines.map((line) => make("p", line)));
+    if (steps?.length) item.append(make("ol", null, ...steps.slice(0, STEPS_SHOWN).map((step) => make("li", step))));
+    if (steps?.length > STEPS_SHOWN) item.append(make("p", `And ${steps.length - STEPS_SHOWN} more: see below.`));
+    return item;
+  }));
+}
+
+const STEPS_SHOWN = 8;
