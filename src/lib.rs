@@ -74,6 +74,7 @@
 //! |---|---|---|
 //! | `physics` | yes | the scene in Rapier, skills, the closed loop, and the report |
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
+//! | `view` | no | live runs in a browser: the module `view`, and `symbolt view` |
 //! | `mpi` | no | graphs on several processes ([`Ranks`](sim::Ranks)); needs an MPI library and libclang |
 //!
 //! Without default features the crate has the engine, the neurons, the algebra, the learner, the planner and the
@@ -146,6 +147,8 @@ pub mod sim;
 pub mod spa;
 pub mod study;
 pub mod task;
+#[cfg(feature = "view")]
+pub mod view;
 
 #[cfg(doctest)]
 #[path = "../tests/documents/compile_fail.rs"]
