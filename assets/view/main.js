@@ -1,5 +1,7 @@
 // The page of a live run: what comes from the run is kept, and drawn at most once a picture.
 
+const counted = (count) => (count === 1 ? "1 change" : `${count} changes`);
+
 class LivePage {
   constructor() {
     Object.assign(this, { frame: null, scene: null, dirty: false });
@@ -22,6 +24,7 @@ class LivePage {
     on("play", () => this.play());
     on("until", () => session.send("until"));
     on("save", () => session.send("log"));
+    on("forget", () => session.send("forget"));
     on("end", () => { if (confirm("End the run for all windows?")) session.send("end"); });
     on("nearer", () => network.zoom(1 / 1.25));
     on("farther", () => network.zoom(1.25));
@@ -78,7 +81,7 @@ class LivePage {
     const neurons = graph.nodes.reduce((sum, node) => sum + node.neurons, 0);
     byId("summary").textContent = `${graph.nodes.length} nodes, ${graph.edges.length} connections, ${neurons} spiking neurons, ticks of `
       + `${shortNumber(1000 * graph.dt_s)} ms.${hello.read_only ? " Read-only: the run can be watched, not changed." : ""}`;
-    const changing = "#bar button, #bar select, #changes button, #clamp, #set, #end";
+    const changing = "#bar button, #bar select, #changes button, #clamp, #set, #end, #forget";
     document.querySelectorAll(changing).forEach((button) => { button.disabled = hello.read_only; });
     this.network.begin(graph);
     this.touch.begin(graph, pointers);
@@ -90,7 +93,7 @@ class LivePage {
       .map((name) => make("option", name)));
     byId("scene").hidden = !scene;
     if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene);
-    if (hello.read_only) byId("until").hidden = true;
+    byId("until").hidden = !hello.events;
     this.plots.again();
     if (byId("said").classList.contains("refused")) this.say("");
     document.documentElement.dataset.ready = "yes";
@@ -98,7 +101,8 @@ class LivePage {
 
   search(text) {
     const output = this.hello.graph.nodes.flatMap((node) => node.outputs.map(({ name }) => [name, node.path])).find(([name]) => name === text);
-    const path = this.modules.has(text) ? text : output?.[1];
+    // A module may be meant by one of its outputs' other names.
+    const path = output?.[1] ?? [text, text.split(".")[0]].find((name) => this.modules.has(name));
     if (!path) return;
     this.network.find(path);
     this.choose(path);
@@ -135,9 +139,10 @@ class LivePage {
     const { frame, hello } = this;
     byId("play").textContent = frame.mode === 1 ? "Pause" : "Play";
     const energy = Number.isNaN(frame.spikes) ? "" : ` · ${shortNumber(frame.spikes)} spikes/s · ${shortNumber(frame.arrivals)} synaptic events/s`;
-    const ahead = frame.ahead > 0 ? ` · ${frame.ahead} changes ahead` : "";
+    const ahead = frame.ahead > 0 ? ` · ${counted(frame.ahead)} ahead` : "";
     const speed = frame.mode === 1 ? ` · ${shortNumber(frame.speed)} × real time` : "";
     byId("clock").textContent = `tick ${frame.tick} · ${seconds(frame.time, 3)}${speed}${energy}${ahead}`;
+    byId("forget").hidden = frame.ahead === 0;
     this.network.show(frame);
     this.plots.show(hello.graph.dt_s, frame.tick, Number(byId("last").value));
     this.scene?.show();
@@ -156,7 +161,7 @@ class LivePage {
     });
     document.querySelector("#log tbody").replaceChildren(...rows.reverse());
     const all = count > last.length ? ` The last ${last.length} are shown.` : "";
-    byId("counted").textContent = count === 0 ? "Nothing was changed." : `${count === 1 ? "1 change" : `${count} changes`} in the log.${all}`;
+    byId("counted").textContent = count === 0 ? "Nothing was changed." : `${counted(count)} in the log.${all}`;
     // What is clamped or silenced, as far as the page knows the log.
     const held = new Set();
     for (const { do: text } of last) {
@@ -182,7 +187,7 @@ class LivePage {
 
   closed(why) {
     this.say(`The window is closed: ${why}.`, true);
-    document.querySelectorAll("#bar button, #touch button, #end, #save").forEach((button) => { button.disabled = true; });
+    document.querySelectorAll("#bar button, #touch button, #log button").forEach((button) => { button.disabled = true; });
   }
 }
 

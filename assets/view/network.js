@@ -2,6 +2,8 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 const BOX = { width: 128, height: 34, across: 56, down: 18 };
+// With more boxes than this a drawing leaves out those that only hand on; a column has at most so many boxes.
+const MANY = { boxes: 60, column: 14 };
 
 function drawn(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
@@ -29,6 +31,8 @@ class Network {
     while (this.boxes().size < 4) {
       const many = [...this.boxes()].filter(([, nodes]) => nodes.length > 1);
       if (!many.length) break;
+      const opened = new Set(graph.nodes.map(({ path }) => path.split("/").slice(0, many[0][0].split("/").length + 1).join("/")));
+      if (opened.size > MANY.boxes) break;
       many.forEach(([path]) => this.open.add(path));
     }
     this.firstOpen = [...this.open];
@@ -70,20 +74,28 @@ class Network {
       known.labels.push(label);
       edges.set(key, known);
     }
-    const list = [...edges.values()];
+    const { list, hidden } = this.joined(names, boxes, [...edges.values()]);
     const layers = this.layers(names.length, list);
-    const columns = [];
-    layers.forEach((layer, box) => { (columns[layer] ??= []).push(box); });
+    const byLayer = [];
+    layers.forEach((layer, box) => { if (!hidden.has(box)) (byLayer[layer] ??= []).push(box); });
+    // A long column is broken into several.
+    const columns = byLayer.filter(Boolean).flatMap((column) => {
+      const size = Math.ceil(column.length / Math.ceil(column.length / MANY.column));
+      return Array.from({ length: Math.ceil(column.length / size) }, (_, i) => column.slice(i * size, (i + 1) * size));
+    });
     const tall = this.place.clientWidth < 560;
     const [along, across] = tall ? [BOX.height + 34, BOX.width + BOX.down] : [BOX.width + BOX.across, BOX.height + BOX.down];
-    const widest = Math.max(...columns.map((column) => column?.length ?? 0));
+    const widest = Math.max(...columns.map((column) => column.length));
     const places = [];
-    columns.filter(Boolean).forEach((column, i) => column.forEach((box, j) => {
+    columns.forEach((column, i) => column.forEach((box, j) => {
       const [a, b] = [i * along, (j + (widest - column.length) / 2) * across];
       places[box] = tall ? { x: b, y: a } : { x: a, y: b };
     }));
-    const [x, y] = ["x", "y"].map((axis) => Math.max(...places.map((place) => place[axis]), 0));
-    this.whole = [-12, -12, x + BOX.width + 24, y + BOX.height + 24];
+    const [x, y] = ["x", "y"].map((axis) => Math.max(...places.filter(Boolean).map((place) => place[axis]), 0));
+    // A few boxes are not drawn larger than they are.
+    const [drawnWide, drawnTall] = [x + BOX.width + 24, y + BOX.height + 24];
+    const [wide, high] = [Math.max(drawnWide, this.place.clientWidth), Math.max(drawnTall, 120)];
+    this.whole = [-12 - (wide - drawnWide) / 2, -12 - (high - drawnTall) / 2, wide, high];
     const arrow = drawn("marker", { id: "arrow", viewBox: "0 0 6 6", refX: 6, refY: 3, markerWidth: 6, markerHeight: 6, orient: "auto" },
       drawn("path", { d: "M0 0L6 3L0 6z" }));
     const lines = list.map((edge) => {
@@ -92,10 +104,30 @@ class Network {
       return { path, from: names[edge.from] };
     });
     this.lines = lines;
-    this.drawn = names.map((path, i) => this.box(path, boxes.get(path), places[i]));
+    this.drawn = names.flatMap((path, i) => (hidden.has(i) ? [] : [this.box(path, boxes.get(path), places[i])]));
     this.svg.replaceChildren(drawn("defs", {}, arrow), ...lines.map(({ path }) => path), ...this.drawn.map(({ group }) => group));
     this.look(this.whole);
     this.mark();
+  }
+
+  // In a large drawing, nodes with one connection to and at most one from other boxes are left out, and their connections joined.
+  joined(names, boxes, list) {
+    const hidden = new Set();
+    if (names.length <= MANY.boxes) return { list, hidden };
+    const edges = new Set(list);
+    names.forEach((path, box) => {
+      if (boxes.get(path).length > 1 || path === this.shown) return;
+      const into = [...edges].filter(({ to }) => to === box);
+      const out = [...edges].filter(({ from }) => from === box);
+      if (out.length !== 1 || into.length > 1) return;
+      hidden.add(box);
+      edges.delete(out[0]);
+      into.forEach((edge) => {
+        edges.delete(edge);
+        if (edge.from !== out[0].to) edges.add({ from: edge.from, to: out[0].to, labels: [...edge.labels, ...out[0].labels] });
+      });
+    });
+    return { list: [...edges], hidden };
   }
 
   // The column of each box: behind all boxes that lead to it, loops left out.
@@ -168,6 +200,7 @@ class Network {
 
   // Shows a module or node, wherever it is folded.
   find(path) {
+    this.shown = path;
     const parts = path.split("/");
     for (let depth = 1; depth < parts.length; depth++) this.open.add(parts.slice(0, depth).join("/"));
     this.build();

@@ -84,7 +84,7 @@ class Touch {
     byId("set").disabled = !output.source;
     byId("set").title = output.source ? "" : "Only outputs of sources can be set: this one is computed from inputs.";
     byId("pointers").replaceChildren(...(names ?? []).slice(0, 500).map((name) => make("option", name)));
-    byId("expression").placeholder = names ? names.slice(0, 3).join(", ") : `${output.width} numbers`;
+    byId("expression").placeholder = names ? names.slice(0, 3).join(", ") : (output.width === 1 ? "a number" : `${output.width} numbers`);
   }
 
   showLayer() {

@@ -42,6 +42,8 @@ pub(super) enum Command {
     Do(Intervention),
     /// Sets a source, or clamps an output, to a pointer expression.
     Point { output: String, to: String, how: How },
+    /// Forgets the interventions that lie ahead after going back.
+    Forget {},
     /// Asks for the whole log.
     Log {},
     /// Ends the live run.

@@ -1,24 +1,29 @@
 //! The loop of a watched run: takes commands, runs ticks, and publishes frames.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::command::{Command, How};
-use super::sampler::{Sampler, hello, pointer};
-use super::{FRAME, View, ViewError};
+use super::sampler::{Sampler, pointer};
+use super::{FRAME, View};
 use crate::sim::{
-    Intervention, Live, LiveError, SimDuration, SimView, Simulator, Stop, StopReason, cut,
+    Graph, GraphOutline, Intervention, InterventionLog, Live, LiveError, SimDuration, SimView,
+    Simulator, Stop, StopReason, cut,
 };
+use crate::spa::OutputVocabulary;
 
 /// Greatest number of commands that are taken between two stretches of ticks.
 const MOST_COMMANDS: usize = 64;
 /// Number of interventions that windows are told of, and of characters of each; they can ask for the whole log.
 const TOLD: usize = 100;
 const LINE: usize = 200;
+/// Shortest time between two frames of a run that goes on: a little less than between two looks of the clock.
+const SHORTEST: Duration = Duration::from_millis(14);
 
 /// How a watched run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,12 +84,12 @@ impl View {
     /// while the run goes back. Later calls may have another run; what it does goes on.
     ///
     /// # Errors
-    /// [`ViewError::Live`] if the run had failed when it was ended. Before that a window can go back.
+    /// The run's own, if it had failed when it was ended. Before that a window can go back.
     pub fn drive(
         &mut self,
         live: &mut Live,
         mut stop: impl FnMut(SimView<'_>) -> Stop,
-    ) -> Result<Driven, ViewError> {
+    ) -> Result<Driven, LiveError> {
         let mut own = Loop::new(self, live, None);
         loop {
             own.obey();
@@ -109,7 +114,7 @@ impl View {
     ///
     /// # Errors
     /// As [`drive`](Self::drive).
-    pub fn hold(&mut self, live: &mut Live, why: &str) -> Result<Driven, ViewError> {
+    pub fn hold(&mut self, live: &mut Live, why: &str) -> Result<Driven, LiveError> {
         let end = live.tick();
         self.mode = Mode::Stopped;
         let mut own = Loop::new(self, live, Some(why.into()));
@@ -128,15 +133,40 @@ impl View {
     }
 }
 
+impl View {
+    /// Returns what windows are told of a graph.
+    fn hello(&self, graph: &Graph, outline: &GraphOutline) -> Value {
+        let names = outline.nodes.iter().flat_map(|node| &node.outputs).filter_map(|output| {
+            let vocabulary = OutputVocabulary::of(graph, &output.name)?;
+            Some((output.name.clone(), vocabulary.names().into()))
+        });
+        let pointers: Map<String, Value> = names.collect();
+        let readings: Vec<_> = self.readings.iter().map(|reading| &reading.name).collect();
+        json!({
+            "title": self.title,
+            "graph": outline,
+            "pointers": pointers,
+            "readings": readings,
+            "read_only": self.hub.read_only,
+            "events": self.events.is_some(),
+            "scene": self.scene.as_ref().map(|scene| &scene.outline),
+        })
+    }
+}
+
 impl<'v, 'l> Loop<'v, 'l> {
     fn new(view: &'v mut View, live: &'l mut Live, halted: Option<String>) -> Self {
-        let graph = live.sim().graph().clone();
-        let outline = graph.outline();
-        let sampler = Sampler::new(&graph, &outline);
-        let scene = view.scene.as_ref().map(|scene| &scene.outline);
-        hello(&view.hub, &graph, &outline, &view.readings, &view.title, scene);
-        // Plots belong to the graph: windows add theirs again.
-        view.standing.epoch = view.standing.epoch.wrapping_add(1);
+        let graph = live.sim().graph();
+        let sampler = match view.sampled.take() {
+            Some((own, sampler)) if Arc::ptr_eq(&own, graph) => sampler,
+            // Plots belong to a graph: windows add theirs again.
+            _ => {
+                let outline = graph.outline();
+                view.hub.tell_graph(&json!({ "hello": view.hello(graph, &outline) }));
+                view.standing.epoch = view.standing.epoch.wrapping_add(1);
+                Sampler::new(graph, &outline)
+            }
+        };
         let shown = (Instant::now(), live.tick());
         Self {
             view,
@@ -154,9 +184,10 @@ impl<'v, 'l> Loop<'v, 'l> {
         }
     }
 
-    fn finish(self, driven: Driven) -> Result<Driven, ViewError> {
+    fn finish(self, driven: Driven) -> Result<Driven, LiveError> {
+        self.view.sampled = Some((self.live.sim().graph().clone(), self.sampler));
         match self.failure {
-            Some(failure) => Err(failure.into()),
+            Some(failure) => Err(failure),
             None => Ok(driven),
         }
     }
@@ -238,6 +269,10 @@ impl<'v, 'l> Loop<'v, 'l> {
                     How::Set => Intervention::Set { output, values },
                     How::Clamp => Intervention::Clamp { output, values },
                 })?;
+            }
+            Command::Forget {} => {
+                let none = InterventionLog::default();
+                self.live.follow(&none).map_err(|error| error.to_string())?;
             }
             Command::Log {} => {
                 self.view.hub.tell(window, &json!({ "saved": self.live.log().to_string() }));
@@ -366,7 +401,7 @@ impl<'v, 'l> Loop<'v, 'l> {
         let (moment, from) = self.shown;
         let running = !matches!(self.view.mode, Mode::Stopped);
         let passed = moment.elapsed();
-        if !self.fresh || running && passed < FRAME / 2 {
+        if !self.fresh || running && passed < SHORTEST {
             return;
         }
         let open = self.view.hub.open();

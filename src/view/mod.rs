@@ -55,8 +55,8 @@ use thiserror::Error;
 pub use self::drive::Driven;
 use self::drive::Mode;
 use self::hub::{Hub, Sent};
-use self::sampler::{Reading, Standing};
-use crate::sim::{Live, LiveError, Real, SimView};
+use self::sampler::{Reading, Sampler, Standing};
+use crate::sim::{Graph, Live, LiveError, Real, SimView};
 
 /// Greatest number of commands that wait for the run.
 const MOST_COMMANDS: usize = 256;
@@ -65,7 +65,7 @@ const MOST_CONNECTIONS: usize = 64;
 /// Time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// Why a view cannot be opened, or why its run failed.
+/// Why a view cannot be opened.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ViewError {
@@ -80,9 +80,6 @@ pub enum ViewError {
         /// The reason.
         why: String,
     },
-    /// The run failed.
-    #[error(transparent)]
-    Live(#[from] LiveError),
 }
 
 type Poses = dyn FnMut(&SimView<'_>, &mut Vec<Real>) + Send;
@@ -108,6 +105,8 @@ pub struct View {
     events: Option<Box<Tell>>,
     mode: Mode,
     standing: Standing,
+    /// The plots, with the graph to which they belong.
+    sampled: Option<(Arc<Graph>, Sampler)>,
 }
 
 impl std::fmt::Debug for View {
@@ -157,6 +156,7 @@ impl View {
             events: None,
             mode: if read_only { Mode::running(Some(1.0)) } else { Mode::Stopped },
             standing: Standing::default(),
+            sampled: None,
         };
         let thread = |name: &str, run: Box<dyn FnOnce() + Send>| {
             let thread = thread::Builder::new().name(name.into()).spawn(run);
@@ -188,7 +188,7 @@ impl View {
         self
     }
 
-    /// Offers named numbers for plots. `read` writes one number for each of `names` after a tick, at most 64.
+    /// Offers named numbers for plots. `read` writes one number for each of `names` after a tick.
     #[must_use]
     pub fn with_reading(
         mut self,
@@ -199,6 +199,11 @@ impl View {
         let names = names.to_vec();
         self.readings.push(Reading { name: name.into(), names, read: Box::new(read) });
         self
+    }
+
+    /// Takes back all readings: another graph is to run, which they do not fit.
+    pub fn forget_readings(&mut self) {
+        self.readings.clear();
     }
 
     /// Shows a scene in three dimensions: its outline as the page of a run has it, and what moves. `poses` writes, after a tick,
@@ -227,8 +232,8 @@ impl View {
     /// Runs a live run as windows ask for, until one ends it. Returns it where it stands.
     ///
     /// # Errors
-    /// [`ViewError::Live`] if the run had failed when it was ended. Before that a window can go back.
-    pub fn serve(&mut self, mut live: Live) -> Result<Live, ViewError> {
+    /// The run's own, if it had failed when it was ended. Before that a window can go back.
+    pub fn serve(&mut self, mut live: Live) -> Result<Live, LiveError> {
         self.drive(&mut live, |_| std::ops::ControlFlow::Continue(()))?;
         Ok(live)
     }

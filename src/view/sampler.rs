@@ -5,7 +5,6 @@
 use std::sync::Arc;
 
 use super::command::Plotted;
-use super::hub::Hub;
 use crate::sim::{EventSource, Graph, GraphOutline, OutputRef, Real, SimView, Simulator};
 use crate::spa::{OutputVocabulary, dot};
 
@@ -51,7 +50,7 @@ struct Plot {
 
 impl Plot {
     fn sample(&mut self, view: &SimView<'_>, readings: &[Reading]) {
-        if self.ticks.len() >= MOST_SAMPLES[0] {
+        if matches!(self.of, Of::Spikes { .. }) || self.ticks.len() >= MOST_SAMPLES[0] {
             return;
         }
         let from = self.values.len();
@@ -66,7 +65,8 @@ impl Plot {
                 out.iter_mut().zip(to).for_each(|(out, to)| *out = dot(value, to));
             }
             Of::Reading(index) => (readings[*index].read)(view, out),
-            Of::Spikes { .. } => return,
+            // They come tick by tick.
+            Of::Spikes { .. } => {}
         }
         self.ticks.push(view.tick());
     }
@@ -323,29 +323,4 @@ pub(super) fn pointer(graph: &Graph, output: &str, text: &str) -> Result<Vec<Rea
     let vocabulary = OutputVocabulary::of(graph, output)
         .ok_or_else(|| format!("`{name}` carries no pointers of a vocabulary"))?;
     vocabulary.parse(text).map_err(|error| error.to_string())
-}
-
-/// Tells windows what runs.
-pub(super) fn hello(
-    hub: &Hub,
-    graph: &Graph,
-    outline: &GraphOutline,
-    readings: &[Reading],
-    title: &str,
-    scene: Option<&serde_json::Value>,
-) {
-    let pointers: serde_json::Map<String, serde_json::Value> = outline
-        .nodes
-        .iter()
-        .flat_map(|node| &node.outputs)
-        .filter_map(|output| {
-            let found = OutputVocabulary::of(graph, &output.name)?;
-            Some((output.name.clone(), found.names().into()))
-        })
-        .collect();
-    let readings: Vec<_> = readings.iter().map(|reading| &reading.name).collect();
-    hub.tell_graph(&serde_json::json!({ "hello": {
-        "title": title, "graph": outline, "pointers": pointers, "readings": readings,
-        "read_only": hub.read_only, "scene": scene,
-    }}));
 }
