@@ -5,7 +5,10 @@
 use std::sync::Arc;
 
 use super::command::Plotted;
-use crate::sim::{EventSource, Graph, GraphOutline, OutputRef, Real, SimView, Simulator};
+use crate::sim::{
+    EventSource, Graph, GraphOutline, NodeOutline, OutputRef, Real, SimView, Simulator, cut,
+    nearest_first,
+};
 use crate::spa::{OutputVocabulary, dot};
 
 /// Greatest number of plots, of one window and of all.
@@ -16,8 +19,10 @@ const MOST_SAMPLES: [usize; 2] = [256, 4_096];
 const SAMPLES: u64 = 64;
 /// Greatest number of neurons that a frame asks for spikes, and of values of an output that count for activity.
 const MOST_ASKED: [usize; 2] = [4_096, 64];
+/// Greatest number of characters of a name in a message.
+const LONGEST: usize = 300;
 /// Greatest number of activities in a frame.
-pub(super) const MOST_NODES: usize = 4_096;
+const MOST_NODES: usize = 4_096;
 
 /// Writes named numbers after a tick.
 pub(super) type Read = dyn Fn(&SimView<'_>, &mut [Real]) + Send;
@@ -64,7 +69,12 @@ impl Plot {
                 let value = view.value_of(*of);
                 out.iter_mut().zip(to).for_each(|(out, to)| *out = dot(value, to));
             }
-            Of::Reading(index) => (readings[*index].read)(view, out),
+            // The program may have taken it back.
+            Of::Reading(index) => {
+                if let Some(reading) = readings.get(*index) {
+                    (reading.read)(view, out);
+                }
+            }
             // They come tick by tick.
             Of::Spikes { .. } => {}
         }
@@ -101,7 +111,7 @@ pub(super) struct Sampler {
 
 impl Sampler {
     pub fn new(graph: &Graph, outline: &GraphOutline) -> Self {
-        let outputs = |node: &crate::sim::NodeOutline| {
+        let outputs = |node: &NodeOutline| {
             node.outputs.iter().filter_map(|output| graph.output(&output.name).ok()).collect()
         };
         let nodes = outline.nodes.iter().take(MOST_NODES).map(outputs).collect();
@@ -138,10 +148,10 @@ impl Sampler {
                 "{name} has {width}; expected from + count, {from} + {count}, to be at most that"
             )),
         };
-        let output = |name: &str| match graph.output(name) {
-            Ok(of) => Ok(of),
-            // The error lists all outputs: a graph may have thousands.
-            Err(_) => Err(format!("the graph has no output `{}`", crate::sim::cut(name, 300))),
+        // Its error has the most similar names.
+        let output = |name: &str| {
+            graph.output_at(name).map_err(|error| error.to_string())?;
+            graph.output(name).map_err(|error| error.to_string())
         };
         let (of, names) = match what {
             Plotted::Values { output: name, from, count } => {
@@ -159,14 +169,24 @@ impl Sampler {
             Plotted::Reading { name } => {
                 let index = readings.iter().position(|reading| reading.name == *name);
                 let index = index.ok_or_else(|| {
-                    format!("there is no reading `{}`", crate::sim::cut(name, 300))
+                    let all = readings.iter().map(|reading| &*reading.name);
+                    format!(
+                        "there is no reading `{}`; there are: {}",
+                        cut(name, LONGEST),
+                        nearest_first(name, all)
+                    )
                 })?;
                 (Of::Reading(index), readings[index].names.clone())
             }
             Plotted::Spikes { layer, from, count } => {
                 let of = graph.event_sources().find(|(path, _)| path == layer);
                 let (_, of) = of.ok_or_else(|| {
-                    format!("the graph has no spiking layer `{}`", crate::sim::cut(layer, 300))
+                    let all = graph.event_sources().map(|(path, _)| path);
+                    let all = nearest_first(layer, all);
+                    format!(
+                        "the graph has no spiking layer `{}`; it has: {all}",
+                        cut(layer, LONGEST)
+                    )
                 })?;
                 within(layer, *from, *count, of.units)?;
                 let names = (*from..from + count).map(|index| index.to_string()).collect();
@@ -263,6 +283,7 @@ impl Sampler {
             out.extend(number.to_le_bytes());
         }
         out.extend(count(self.nodes.len()).to_le_bytes());
+        let poses = &poses[..poses.len().min(usize::from(u16::MAX))];
         out.extend(count(poses.len()).to_le_bytes());
         for outputs in &self.nodes {
             out.extend(activity(sim, outputs).to_le_bytes());
@@ -319,7 +340,7 @@ fn width(graph: &Graph, output: &str) -> usize {
 
 /// Returns the value of an expression over the vocabulary of an output. The error is a sentence.
 pub(super) fn pointer(graph: &Graph, output: &str, text: &str) -> Result<Vec<Real>, String> {
-    let name = crate::sim::cut(output, 300);
+    let name = cut(output, LONGEST);
     let vocabulary = OutputVocabulary::of(graph, output)
         .ok_or_else(|| format!("`{name}` carries no pointers of a vocabulary"))?;
     vocabulary.parse(text).map_err(|error| error.to_string())

@@ -61,10 +61,6 @@ pub(crate) struct RunArgs {
 
 /// The arguments of `symbolt view`.
 #[derive(Debug, Clone, Args)]
-#[cfg_attr(
-    not(feature = "view"),
-    expect(dead_code, reason = "without the feature the command is refused")
-)]
 #[command(mut_arg("out", |arg| arg.hide(true)))]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
