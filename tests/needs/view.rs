@@ -60,8 +60,7 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
         page.click(button);
     }
     page.until("window.symbolt.page.plots.all.length === 2 && window.symbolt.page.plots.all.every((p) => p.rows.length > 0)");
-    let picture = "document.querySelector('.plot canvas').toDataURL()";
-    let first = page.value(picture);
+    page.value("window.first = document.querySelector('.plot canvas').toDataURL()");
     for _ in 0..4 {
         let before = tick(&mut page);
         page.click("[data-step=\"100\"]");
@@ -69,7 +68,8 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     }
     let nut = last(&mut page, 0);
     assert!(nut[0] > nut[1], "TAKE_NUT is chosen: {nut:?}");
-    assert_ne!(page.value(picture), first, "curves are drawn");
+    // Curves are drawn, as soon as the browser draws.
+    page.until("document.querySelector('.plot canvas').toDataURL() !== window.first");
     // Back by 300 ticks; the memory is silenced; on.
     for _ in 0..3 {
         let before = tick(&mut page);
