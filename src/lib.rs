@@ -76,6 +76,7 @@
 //! | `cli` | yes | the program `symbolt`; turns on `physics` |
 //! | `mcap` | no | logs of robots as MCAP, the bags of ROS 2; needs a C compiler |
 //! | `hdf5` | no | logs of robots as HDF5 |
+//! | `view` | no | live runs in a browser: the module `view`, and `symbolt view` |
 //! | `mpi` | no | graphs on several processes ([`Ranks`](sim::Ranks)); needs an MPI library and libclang |
 //!
 //! Without default features the crate has the engine, the neurons, the algebra, the learner, the planner and the
@@ -148,6 +149,8 @@ pub mod sim;
 pub mod spa;
 pub mod study;
 pub mod task;
+#[cfg(feature = "view")]
+pub mod view;
 
 #[cfg(doctest)]
 #[path = "../tests/documents/compile_fail.rs"]

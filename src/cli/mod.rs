@@ -84,6 +84,8 @@ macro_rules! commands {
 commands! {
     /// Record demonstrations, learn from them, run episodes (default)
     Run(run::RunArgs) => run::run,
+    /// Do what run does, live in a browser: watch, stop, go back, change
+    View(run::ViewArgs) => run::view,
     /// Record demonstrations or a single scene, with or without physics
     Record(record::RecordArgs) => record::record,
     /// Make a recording from logs of poses

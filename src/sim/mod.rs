@@ -114,6 +114,7 @@ mod unoptimised;
 mod words;
 
 pub use build::graph::{EventSource, Graph, OutputRef};
+pub use build::outline::{EdgeOutline, GraphOutline, NodeOutline, OutputOutline};
 pub use describe::builder::{GraphBuilder, Module, Scope};
 pub use describe::filter::Filter;
 pub(crate) use describe::filter::decayed;

@@ -128,4 +128,4 @@ pub use pairs::{Filler, PairDecoder};
 pub use pointer::PointerValue;
 pub use resonator::{Factors, Resonator};
 pub(crate) use vocabulary::draw_pointer;
-pub use vocabulary::{Name, Vocabulary, VocabularyBuilder, random_pointer};
+pub use vocabulary::{Name, OutputVocabulary, Vocabulary, VocabularyBuilder, random_pointer};

@@ -15,6 +15,9 @@ mod mutate;
 mod propositional;
 #[path = "../support/run.rs"]
 mod run;
+#[cfg(feature = "view")]
+#[path = "../support/window.rs"]
+mod window;
 
 mod cli;
 mod cli_folders;
@@ -27,3 +30,5 @@ mod plan_pddl;
 mod relational_cli;
 mod report;
 mod sweeps;
+#[cfg(feature = "view")]
+mod view;

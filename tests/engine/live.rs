@@ -455,3 +455,36 @@ fn logs_that_do_not_fit_the_run_are_refused_before_it_goes_on() {
     assert!(live.ahead().is_empty() && live.log().entries().is_empty());
     assert!(live.sim().checkpoint().unwrap() == before);
 }
+
+#[test]
+fn a_log_has_a_limit_and_says_so() {
+    let mut graph = GraphBuilder::new();
+    let goal = graph.add("goal", Constant::vector(&[0.0; 2_000]));
+    graph.probe(&goal, ProbeSpec::default());
+    let run = || Live::new(start_of(&graph), LiveOptions { memory_bytes: 0, ..tight() }).unwrap();
+    let full = |live: &mut Live, what: Intervention| match live.intervene(what) {
+        Err(LiveError::Intervention(error @ InterventionError::LogFull { .. })) => {
+            error.to_string()
+        }
+        other => panic!("{other:?}"),
+    };
+    let mut live = run();
+    for _ in 0..100_000 {
+        live.intervene(silence("goal")).unwrap();
+    }
+    let said = "the log is full: it holds at most 100000 interventions, with 2000000 values in all";
+    assert_eq!(full(&mut live, silence("goal")), said);
+    assert_eq!(live.made().len(), 100_000);
+    let set = || Intervention::Set { output: "goal.out".into(), values: vec![1.0; 2_000] };
+    let mut live = run();
+    for _ in 0..1_000 {
+        live.intervene(set()).unwrap();
+    }
+    assert_eq!(full(&mut live, set()), said);
+    // What has no values still fits.
+    live.intervene(silence("goal")).unwrap();
+}
+
+fn start_of(graph: &GraphBuilder) -> Simulator {
+    graph.start(&PopulationPlan::direct(), Seed::new(1)).unwrap()
+}

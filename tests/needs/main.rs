@@ -10,6 +10,12 @@ use libtest_mimic::Arguments;
 #[cfg(feature = "cli")]
 #[path = "../support/chromium.rs"]
 mod chromium;
+#[cfg(feature = "view")]
+#[path = "../support/devtools.rs"]
+mod devtools;
+#[cfg(feature = "view")]
+#[path = "../../examples/live_view.rs"]
+mod model;
 #[path = "../support/needs.rs"]
 mod needs;
 #[path = "../support/propositional.rs"]
@@ -23,10 +29,17 @@ mod browser;
 #[cfg(feature = "cli")]
 mod page;
 mod recordings;
+#[cfg(all(feature = "cli", feature = "view"))]
+mod view;
+#[cfg(feature = "view")]
+#[path = "../support/window.rs"]
+mod window;
 
 fn main() -> ExitCode {
     let trials = recordings::trials();
     #[cfg(feature = "cli")]
     let trials = [trials, browser::trials(), page::trials()].into_iter().flatten().collect();
+    #[cfg(all(feature = "cli", feature = "view"))]
+    let trials = [trials, view::trials()].into_iter().flatten().collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

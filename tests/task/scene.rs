@@ -12,12 +12,15 @@ use symbolt::robot::arm::{BodyFrame, GripperSpec};
 use symbolt::robot::scene::{BodyId, Scene, SceneSpec, Sensed};
 use symbolt::robot::skill::{Grasp, Robot, Target, any_grasps, free_places, pushes, turns_over};
 use symbolt::robot::{SkillOutcome, SkillReport};
-use symbolt::sim::{RunConfig, Seed, SimDuration, SimError, Simulator};
+use symbolt::sim::{
+    Live, LiveError, LiveOptions, RunConfig, Seed, SimDuration, SimError, SimView, Simulator, Stop,
+    StopReason,
+};
 use symbolt::task::classify::Classifier;
 use symbolt::task::domain::RelationalDomain;
-use symbolt::task::event::{Doing, Ended, EpisodeReport, RecoveryKind};
+use symbolt::task::event::{Doing, Ended, EpisodeReport, Ignore, RecoveryKind};
 use symbolt::task::execute::{
-    Episode, EpisodeSpec, EpisodeWorld, Perturbation, PreparedEpisode, episode,
+    Driver, Episode, EpisodeSpec, EpisodeWorld, Perturbation, PreparedEpisode, episode,
 };
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::planner::{PlannerBuild, PlannerKind};
@@ -797,4 +800,46 @@ fn forty_episodes_are_assembled() {
     println!("{assembled} of 40 assembled, parts slipped {:.2} mm at most", 1e3 * slip_m);
     assert!(slip_m > 0.0 && slip_m < 1e-3, "{slip_m} m");
     assert!(assembled >= 39, "{assembled}");
+}
+
+/// Goes back while the robot acts, and from the end.
+#[derive(Default)]
+struct BackAndForth {
+    /// Ticks at which the run went back.
+    turns: Vec<u64>,
+}
+
+impl Driver for BackAndForth {
+    fn options(&self) -> LiveOptions {
+        LiveOptions { spacing_ticks: 500, ..LiveOptions::default() }
+    }
+
+    fn drive(
+        &mut self,
+        live: &mut Live,
+        stop: &mut dyn FnMut(SimView<'_>) -> Stop,
+    ) -> Result<bool, LiveError> {
+        for (until, back) in [(3_000, 1_300), (u64::MAX, 2_000), (u64::MAX, 0)] {
+            live.run_until(SimDuration::from_secs(600), |view| {
+                let due = view.tick() >= until;
+                match stop(view) {
+                    Stop::Continue(()) if due => Stop::Break(StopReason::TimeUp),
+                    goes_on => goes_on,
+                }
+            })?;
+            self.turns.push(live.tick());
+            live.back(back)?;
+        }
+        Ok(true)
+    }
+}
+
+#[test]
+fn an_episode_that_goes_back_and_on_ends_as_one_that_does_not() {
+    let (spec, seed) = (EpisodeSpec::default(), Seed::new(3));
+    let straight = run(taught(), &spec, seed);
+    let mut driver = BackAndForth::default();
+    let turned = prepared(taught(), &spec, seed).run_driven(&mut Ignore, &mut driver).unwrap();
+    assert!(driver.turns[1] > 3_000 && driver.turns[1] == driver.turns[2], "{:?}", driver.turns);
+    assert!(straight.report.solved && straight.report == turned.report);
 }

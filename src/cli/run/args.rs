@@ -59,6 +59,20 @@ pub(crate) struct RunArgs {
     pub force: bool,
 }
 
+/// The arguments of `symbolt view`.
+#[derive(Debug, Clone, Args)]
+#[command(mut_arg("out", |arg| arg.hide(true)))]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub run: RunArgs,
+    /// Let windows watch the run, but not change it; it begins at once
+    #[arg(long)]
+    pub read_only: bool,
+    /// File to write the log of interventions to when the run is ended
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+}
+
 /// Quotes a word for a shell, if it needs quotes.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./-,".contains(c);

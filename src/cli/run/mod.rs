@@ -3,6 +3,8 @@
 mod args;
 mod figures;
 mod folder;
+#[cfg(feature = "view")]
+mod view;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -22,14 +24,17 @@ use symbolt::study::Tally;
 use symbolt::task::domain::RelationalDomain;
 use symbolt::task::event::{Ended, EpisodeReport, Observer, Observers};
 use symbolt::task::execute::{
-    ActivityRecorder, Episode, EpisodeSpec, PreparedEpisode, Unsolved, demonstrate_sensed,
+    ActivityRecorder, Demonstrated, Episode, EpisodeSpec, PreparedEpisode, Unsolved,
+    demonstrate_sensed,
 };
-use symbolt::task::learn::{Settings, learn_observed};
+use symbolt::task::learn::{Learned, Settings, learn_observed};
 use symbolt::task::planner::PlannerBuild;
 use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
 
-pub(super) use self::args::RunArgs;
+pub(super) use self::args::{RunArgs, ViewArgs};
 use self::figures::Figures;
+#[cfg(feature = "view")]
+pub(super) use self::view::view;
 use super::end::{BadArgument, Outcome};
 use super::output::{Progress, answer, use_threads, warn};
 use super::table::counted;
@@ -58,41 +63,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let folder = rank::leads().then(|| folder::open(args)).transpose()?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
-    let seed = Seed::new(args.common.seed);
-    let count = args.demos.demos;
-    let mut line = ProgressLine::new(&progress);
-    let shown = demonstrate_sensed(&*task, count, &spec.sensing, seed, &mut line)?;
-    let whys = |of: &[Unsolved]| -> String { of.iter().map(|why| format!("\n{why}")).collect() };
-    if !shown.shown_again.is_empty() {
-        let again = counted(shown.shown_again.len(), "demonstration");
-        let whys = whys(&shown.shown_again);
-        warn(&format!("{again} did not solve the task, so another was shown in its place{whys}"));
-    }
-    if shown.solved < count {
-        let whys = whys(&shown.unsolved);
-        let some = match (count, shown.solved) {
-            (1, _) => "the demonstration did not solve the task".into(),
-            (_, 0) => format!("none of {count} demonstrations solved the task"),
-            (_, some) => format!("{some} of {count} demonstrations solved the task"),
-        };
-        // What most of them end with is then not the goal.
-        if 2 * shown.solved < count {
-            let sentence = format!("{some}, so there is nothing to learn{whys}");
-            return Ok(Outcome::Failed(sentence));
-        }
-        warn(&format!("{some}, so what is learned as the goal may be a part of it{whys}"));
-    }
-    let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
-    let learned = learn_observed(&shown.recording, &settings, &mut line)?;
-    // The text of the run has them.
-    if args.common.json || learned.domain.goals.is_empty() {
-        learned.remarks.iter().for_each(|remark| warn(&remark.to_string()));
-    }
-    if learned.domain.goals.is_empty() {
-        return Ok(Outcome::Failed(
-            "the demonstrations reached no state that could be the goal".into(),
-        ));
-    }
+    let (shown, learned) = match teach(args, &spec, &progress)? {
+        Ok(taught) => taught,
+        Err(nothing) => return Ok(nothing),
+    };
     progress.say("building the planner graph");
     let runner = Runner {
         args,
@@ -102,10 +76,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     };
     let looping = Instant::now();
     let (episodes, activity) =
-        episodes(&runner, &progress).map_err(|error| match (error, &args.interventions) {
-            (TaskError::Live(LiveError::Log(why)), Some(file)) => unusable(file, why),
-            (error, _) => error.into(),
-        })?;
+        episodes(&runner, &progress).map_err(|error| of_interventions(error, args))?;
     let not_made: usize = episodes.iter().map(|ran| ran.episode.not_made).sum();
     if not_made > 0 {
         let some = counted(not_made, "intervention");
@@ -160,6 +131,57 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
+/// Refuses `symbolt view`: this build does not have it.
+#[cfg(not(feature = "view"))]
+pub(crate) fn view(_: &ViewArgs) -> Result<Outcome, Error> {
+    bail!(BadArgument(
+        "view: this build of symbolt shows no live runs; use one with `--features view`".into()
+    ));
+}
+
+/// Shows demonstrations and learns from them. Returns both, or how the command ends if there is nothing to go on with.
+fn teach(
+    args: &RunArgs,
+    spec: &EpisodeSpec,
+    progress: &Progress,
+) -> Result<Result<(Demonstrated, Learned), Outcome>, Error> {
+    let seed = Seed::new(args.common.seed);
+    let count = args.demos.demos;
+    let mut line = ProgressLine::new(progress);
+    let shown = demonstrate_sensed(&*args.demos.task()?, count, &spec.sensing, seed, &mut line)?;
+    let whys = |of: &[Unsolved]| -> String { of.iter().map(|why| format!("\n{why}")).collect() };
+    if !shown.shown_again.is_empty() {
+        let again = counted(shown.shown_again.len(), "demonstration");
+        let whys = whys(&shown.shown_again);
+        warn(&format!("{again} did not solve the task, so another was shown in its place{whys}"));
+    }
+    if shown.solved < count {
+        let whys = whys(&shown.unsolved);
+        let some = match (count, shown.solved) {
+            (1, _) => "the demonstration did not solve the task".into(),
+            (_, 0) => format!("none of {count} demonstrations solved the task"),
+            (_, some) => format!("{some} of {count} demonstrations solved the task"),
+        };
+        // What most of them end with is then not the goal.
+        if 2 * shown.solved < count {
+            let sentence = format!("{some}, so there is nothing to learn{whys}");
+            return Ok(Err(Outcome::Failed(sentence)));
+        }
+        warn(&format!("{some}, so what is learned as the goal may be a part of it{whys}"));
+    }
+    let settings = Settings { method: args.method, seed: args.common.seed, ..Settings::default() };
+    let learned = learn_observed(&shown.recording, &settings, &mut line)?;
+    // The text of the run has them.
+    if args.common.json || learned.domain.goals.is_empty() {
+        learned.remarks.iter().for_each(|remark| warn(&remark.to_string()));
+    }
+    if learned.domain.goals.is_empty() {
+        let sentence = "the demonstrations reached no state that could be the goal".into();
+        return Ok(Err(Outcome::Failed(sentence)));
+    }
+    Ok(Ok((shown, learned)))
+}
+
 /// Refuses options that cannot be used.
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
@@ -196,6 +218,14 @@ fn episode_spec(args: &RunArgs) -> Result<EpisodeSpec, Error> {
         bail!(BadArgument(problem));
     }
     Ok(spec)
+}
+
+/// An error of an episode, which names the file if its interventions cannot be followed.
+fn of_interventions(error: TaskError, args: &RunArgs) -> Error {
+    match (error, &args.interventions) {
+        (TaskError::Live(LiveError::Log(why)), Some(file)) => unusable(file, why),
+        (error, _) => error.into(),
+    }
 }
 
 /// A log of interventions that cannot be read or followed.

@@ -3,3 +3,4 @@
 pub(super) mod check;
 pub(super) mod graph;
 pub(super) mod layout;
+pub(super) mod outline;

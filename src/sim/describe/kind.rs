@@ -163,6 +163,11 @@ impl SpaceId {
     pub fn same_as(&self, other: &Self) -> bool {
         self.id == other.id && self.width == other.width
     }
+
+    /// Returns the attached data; `None` if there is none of this type.
+    pub fn attached<T: Any>(&self) -> Option<&T> {
+        self.attached.as_ref()?.0.downcast_ref()
+    }
 }
 
 /// The vector space of a vocabulary with the tag `V`. A port for pointers of the vocabulary is declared with this
@@ -194,7 +199,7 @@ impl<V: VocabTag> Space<V> {
 
     /// Returns the attached data; `None` if there is none of this type.
     pub(crate) fn attached<T: Any>(&self) -> Option<&T> {
-        self.id.attached.as_ref()?.0.downcast_ref()
+        self.id.attached()
     }
 
     /// Returns the number that identifies the space, together with its width.

@@ -107,6 +107,22 @@ pub enum LogError {
     },
 }
 
+/// Greatest number of interventions, and of their values, that a live run logs.
+const MOST: [usize; 2] = [100_000, 2_000_000];
+
+/// Checks that a log has room for an intervention.
+pub(super) fn check_room(log: &[Logged], what: &Intervention) -> Result<(), InterventionError> {
+    let [most, most_values] = MOST;
+    let values = match what.values() {
+        0 => 0,
+        own => own + log.iter().map(|entry| entry.what.values()).sum::<usize>(),
+    };
+    match log.len() < most && values <= most_values {
+        true => Ok(()),
+        false => Err(InterventionError::LogFull { most, most_values }),
+    }
+}
+
 impl InterventionLog {
     /// Makes a log of entries by rising tick.
     ///

@@ -18,6 +18,7 @@ pub use commands::{CommandError, Commands, Refused};
 pub use log::{InterventionLog, LogError, Logged};
 
 use self::commands::Inbox;
+use self::log::check_room;
 use self::ring::Ring;
 use super::error::SimError;
 use super::run::checkpoint::Checkpoint;
@@ -203,7 +204,8 @@ impl Live {
         InterventionLog { entries: self.made().to_vec() }
     }
 
-    fn made(&self) -> &[Logged] {
+    /// Returns the interventions made so far, without a copy of them.
+    pub fn made(&self) -> &[Logged] {
         &self.log[..self.made]
     }
 
@@ -223,11 +225,14 @@ impl Live {
         self.inbox.take_refused()
     }
 
-    /// Makes an intervention now and logs it. It takes the place of those that lie ahead.
+    /// Makes an intervention now and logs it. It takes the place of those that lie ahead. A log holds at most 100,000
+    /// interventions with 2,000,000 values in all, so that its file can be read again.
     ///
     /// # Errors
-    /// [`LiveError::Intervention`]. The run and its log have not changed then.
+    /// [`LiveError::Intervention`], with [`InterventionError::LogFull`] if the log is full. The run and its log have not
+    /// changed then.
     pub fn intervene(&mut self, what: Intervention) -> Result<(), LiveError> {
+        check_room(self.made(), &what)?;
         self.sim.intervene(&what)?;
         self.log.truncate(self.made);
         self.log.push(Logged { tick: self.sim.tick(), what });

@@ -126,6 +126,26 @@ pub enum InterventionError {
         /// Outputs that are clamped or silenced, the most similar first, at most 10.
         held: Vec<String>,
     },
+    /// An intervention for which the log of a live run has no room.
+    #[error(
+        "the log is full: it holds at most {most} interventions, with {most_values} values in all"
+    )]
+    LogFull {
+        /// Greatest number of interventions.
+        most: usize,
+        /// Greatest number of their values.
+        most_values: usize,
+    },
+}
+
+impl Intervention {
+    /// Returns the number of its values.
+    pub(crate) fn values(&self) -> usize {
+        match self {
+            Self::Clamp { values, .. } | Self::Set { values, .. } => values.len(),
+            Self::Silence { .. } | Self::Release { .. } | Self::Noise { .. } => 0,
+        }
+    }
 }
 
 /// Greatest number of characters of a name in a message.

@@ -36,6 +36,11 @@ pub struct SimView<'a> {
 }
 
 impl<'a> SimView<'a> {
+    /// Returns the view of a run as it stands.
+    pub fn of(sim: &'a Simulator) -> Self {
+        Self { sim }
+    }
+
     /// Returns the number of completed ticks.
     pub fn tick(&self) -> u64 {
         self.sim.tick

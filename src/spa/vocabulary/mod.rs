@@ -8,6 +8,7 @@ mod change;
 mod evaluate;
 mod lists;
 mod name;
+mod of_output;
 mod room;
 mod similarities;
 mod stimulus;
@@ -20,6 +21,7 @@ use rand_distr::StandardNormal;
 
 pub use builder::VocabularyBuilder;
 pub use name::Name;
+pub use of_output::OutputVocabulary;
 
 use super::algebra::{Algebra, normalize};
 use super::error::VocabError;

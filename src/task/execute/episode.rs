@@ -12,13 +12,53 @@ use super::world::EpisodeWorld;
 use crate::robot::scene::Scene;
 use crate::robot::scene::SceneFrame;
 use crate::sim::{
-    Live, LiveError, LiveOptions, RunConfig, Seed, SimError, Simulator, StopReason, WorldError,
+    InterventionLog, Live, LiveError, LiveOptions, RunConfig, Seed, SimDuration, SimError, SimView,
+    Simulator, Stop, StopReason, WorldError,
 };
 use crate::task::compile::GroundProblem;
 use crate::task::domain::RelationalDomain;
 use crate::task::error::TaskError;
 use crate::task::event::{Ended, EpisodeReport, Event, Ignore, Observer};
 use crate::task::planner::{Decider, PlannerBuild};
+
+/// Moves the run of an episode on: a window, for example, in which a person stops it and goes back.
+pub trait Driver {
+    /// Returns how far the run can go back.
+    fn options(&self) -> LiveOptions;
+
+    /// Runs `live` until `stop`, which is to be called after every tick, returns a break. Returns whether the episode is to go on;
+    /// otherwise it is given up. After a break because the problem is compiled anew ([`RECOMPILE`]) the run cannot go back any more.
+    ///
+    /// # Errors
+    /// As [`Live::run_until`].
+    fn drive(
+        &mut self,
+        live: &mut Live,
+        stop: &mut dyn FnMut(SimView<'_>) -> Stop,
+    ) -> Result<bool, LiveError>;
+}
+
+/// Why a run stops if the problem is compiled anew.
+pub const RECOMPILE: StopReason = StopReason::Condition("the problem is compiled anew");
+
+/// Runs an episode to its end.
+struct Straight;
+
+impl Driver for Straight {
+    fn options(&self) -> LiveOptions {
+        LiveOptions { memory_bytes: 0, ..LiveOptions::default() }
+    }
+
+    fn drive(
+        &mut self,
+        live: &mut Live,
+        stop: &mut dyn FnMut(SimView<'_>) -> Stop,
+    ) -> Result<bool, LiveError> {
+        // `stop` ends every run long before.
+        live.run_until(SimDuration::from_secs(31_536_000), stop)?;
+        Ok(true)
+    }
+}
 
 /// The result of an episode.
 #[derive(Debug, Clone)]
@@ -143,6 +183,19 @@ impl<'d> PreparedEpisode<'d> {
     /// [`TaskError::Sim`] if the graph does not fit the world or the simulation fails. If the problem cannot be compiled
     /// anew, the episode ends with [`Ended::NoProblem`].
     pub fn run(self, observer: &mut dyn Observer) -> Result<Episode, TaskError> {
+        self.run_driven(observer, &mut Straight)
+    }
+
+    /// Runs the episode, as [`run`](Self::run) does, but as `driver` wants it. If it goes back, what it does again is sent to
+    /// `observer` again.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn run_driven(
+        self,
+        observer: &mut dyn Observer,
+        driver: &mut dyn Driver,
+    ) -> Result<Episode, TaskError> {
         let Self { domain, build, spec, seed, cell, mut model, mut build_wall } = self;
         let mut grounds = vec![model.ground.clone()];
         let goals: Vec<&str> =
@@ -156,7 +209,10 @@ impl<'d> PreparedEpisode<'d> {
             let run = RunConfig::seeded(seed).in_world(world).with_threads(spec.threads);
             let sim = Simulator::new(model.planner.graph().clone(), run)?;
             let first = grounds.len() == 1;
-            let live = follow(sim, &spec, parts, first, &mut reporter, observer)?;
+            let interventions = first.then_some(&spec.interventions);
+            let limit = spec.safeguard(parts);
+            let (live, goes_on) =
+                follow(sim, limit, interventions, &mut reporter, observer, driver)?;
             if first {
                 not_made = live.ahead().len();
             }
@@ -166,6 +222,9 @@ impl<'d> PreparedEpisode<'d> {
                 let source = WorldError::new("it is no longer the world of this episode");
                 SimError::World { tick, source }
             })?;
+            if !goes_on && world.ended().is_none() {
+                world.end(Ended::GaveUp);
+            }
             if world.ended().is_none()
                 && grounds.len() < MOST_COMPILED
                 && let Some(seen) = world.look()
@@ -235,36 +294,42 @@ pub fn episode_observed(
     PreparedEpisode::new(domain, build, spec, seed)?.run(observer)
 }
 
-/// Runs a simulator until its episode is over or its problem must be compiled anew.
+/// Runs a simulator until its episode is over or its problem must be compiled anew. The first graph of an episode has interventions.
+/// Returns whether the episode goes on, if it is not over.
 fn follow(
     sim: Simulator,
-    spec: &EpisodeSpec,
-    parts: usize,
-    first: bool,
+    limit: SimDuration,
+    interventions: Option<&InterventionLog>,
     reporter: &mut LogReporter,
     observer: &mut dyn Observer,
-) -> Result<Live, TaskError> {
+    driver: &mut dyn Driver,
+) -> Result<(Live, bool), TaskError> {
+    let mut live = Live::new(sim, driver.options())?;
     // A safeguard: the world itself ends the episode before this limit.
-    let limit = spec.safeguard(parts);
-    let mut live = Live::new(sim, LiveOptions { memory_bytes: 0, ..LiveOptions::default() })?;
-    if first && !spec.interventions.entries().is_empty() {
-        let graph = live.sim().graph();
-        let end = graph.timebase().ticks(limit).map_err(SimError::from)?;
-        spec.interventions.check(graph, end).map_err(LiveError::from)?;
-        live.follow(&spec.interventions)?;
+    let end = live.sim().graph().timebase().ticks(limit).map_err(SimError::from)?;
+    if let Some(log) = interventions.filter(|log| !log.entries().is_empty()) {
+        log.check(live.sim().graph(), end).map_err(LiveError::from)?;
+        live.follow(log)?;
     }
-    live.run_until(limit, |view| {
+    let mut stop = |view: SimView<'_>| {
         let Some(world) = EpisodeWorld::of(view.world()) else {
             return ControlFlow::Break(StopReason::Condition("another world"));
         };
         reporter.report(world, observer);
-        if first {
+        if interventions.is_some() {
             observer.observe(&Event::Ticked { view: &view, doing: world.doing() });
         }
-        if world.ended().is_some() || world.must_recompile() {
+        if world.ended().is_some() {
             return ControlFlow::Break(StopReason::Condition("over"));
         }
-        ControlFlow::Continue(())
-    })?;
-    Ok(live)
+        if world.must_recompile() {
+            return ControlFlow::Break(RECOMPILE);
+        }
+        match view.tick() >= end {
+            true => ControlFlow::Break(StopReason::TimeUp),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let goes_on = driver.drive(&mut live, &mut stop)?;
+    Ok((live, goes_on))
 }

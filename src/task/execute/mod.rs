@@ -95,7 +95,7 @@ pub use activity::{ActivityRecorder, ModuleSamples};
 pub use demonstrate::{
     Demonstrated, FailedMove, Unsolved, demonstrate, demonstrate_observed, demonstrate_sensed,
 };
-pub use episode::{Episode, PreparedEpisode, episode, episode_observed};
+pub use episode::{Driver, Episode, PreparedEpisode, RECOMPILE, episode, episode_observed};
 pub use recorder::Recorder;
 pub use world::EpisodeWorld;
 

@@ -22,7 +22,8 @@ impl LogReporter {
         }
         self.steps = scene.steps();
         let (log, time_s) = (world.log(), scene.time_s());
-        for decision in &log.decisions[self.decisions..] {
+        // A run that went back has fewer entries. What it repeats is reported again.
+        for decision in log.decisions.iter().skip(self.decisions) {
             observer.observe(&Event::Decided(decision));
             if decision.begun {
                 self.acting = true;
@@ -30,7 +31,7 @@ impl LogReporter {
             }
         }
         self.decisions = log.decisions.len();
-        for touch in &log.touches[self.touches..] {
+        for touch in log.touches.iter().skip(self.touches) {
             observer.observe(&Event::Touched(*touch));
         }
         self.touches = log.touches.len();
@@ -41,7 +42,7 @@ impl LogReporter {
             self.acting = false;
             observer.observe(&Event::SkillEnded { time_s, report, decision: Some(decision) });
         }
-        for frame in &log.frames[self.frames..] {
+        for frame in log.frames.iter().skip(self.frames) {
             observer.observe(&Event::Framed(frame));
         }
         self.frames = log.frames.len();

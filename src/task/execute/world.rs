@@ -15,7 +15,7 @@ use crate::robot::scene::SceneFrame;
 use crate::sim::{Real, Seed, SimDuration, Simulator, World, WorldError, WorldSave};
 use crate::task::classify::Layout;
 use crate::task::error::TaskError;
-use crate::task::event::{Doing, Ended, EpisodeReport};
+use crate::task::event::{Decided, Doing, Ended, EpisodeReport};
 use crate::task::planner::PlannerInput;
 use crate::task::propositional::StateId;
 
@@ -134,6 +134,11 @@ impl EpisodeWorld {
     /// Returns the scene; `None` before the first reset.
     pub fn scene(&self) -> Option<&Scene> {
         self.live.as_ref().map(|live| live.cell.truth())
+    }
+
+    /// Returns the decisions so far.
+    pub fn decisions(&self) -> &[Decided] {
+        &self.log().decisions
     }
 
     /// Returns what the executor is doing.

@@ -1,0 +1,271 @@
+// Plots of values, similarities and spikes: drawn while the run goes on, and exported as CSV and SVG.
+
+const KEPT = { samples: 20000, spikes: 50000 };
+const MARGIN = { left: 46, right: 8, top: 6, bottom: 20 };
+
+// What a plot is drawn on: a canvas, or the text of an SVG file.
+class CanvasPaper {
+  constructor(canvas) {
+    const scale = Math.min(window.devicePixelRatio, 2);
+    [this.width, this.height] = [canvas.clientWidth, canvas.clientHeight];
+    canvas.width = Math.round(this.width * scale);
+    canvas.height = Math.round(this.height * scale);
+    this.context = canvas.getContext("2d");
+    this.context.scale(scale, scale);
+    this.context.font = "11px system-ui, sans-serif";
+  }
+
+  line(points, colour, dash = [], width = 1.5) {
+    const { context } = this;
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.setLineDash(dash);
+    context.beginPath();
+    points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+    context.stroke();
+  }
+
+  dots(points, colour, size) {
+    this.context.fillStyle = colour;
+    for (const [x, y] of points) this.context.fillRect(x, y, 1.5, size);
+  }
+
+  text(words, x, y, colour, anchor) {
+    this.context.fillStyle = colour;
+    this.context.textAlign = anchor === "end" ? "right" : anchor === "middle" ? "center" : "left";
+    this.context.fillText(words, x, y);
+  }
+}
+
+class SvgPaper {
+  constructor(width, height, ground) {
+    Object.assign(this, { width, height });
+    this.body = [`<rect width="${width}" height="${height}" fill="${ground}"/>`];
+  }
+
+  line(points, colour, dash = [], width = 1.5) {
+    const path = points.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" ");
+    const dashes = dash.length ? ` stroke-dasharray="${dash.join(" ")}"` : "";
+    this.body.push(`<polyline points="${path}" fill="none" stroke="${colour}" stroke-width="${width}"${dashes}/>`);
+  }
+
+  dots(points, colour, size) {
+    const path = points.map(([x, y]) => `M${x.toFixed(1)} ${y.toFixed(1)}v${size.toFixed(1)}`).join("");
+    this.body.push(`<path d="${path}" stroke="${colour}" stroke-width="1.5"/>`);
+  }
+
+  text(words, x, y, colour, anchor = "start") {
+    const escaped = words.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
+    this.body.push(`<text x="${x}" y="${y}" fill="${colour}" text-anchor="${anchor}">${escaped}</text>`);
+  }
+
+  file() {
+    return `<svg xmlns="http://www.w3.org/2000/svg" width="${this.width}" height="${this.height}" `
+      + `font-family="system-ui, sans-serif" font-size="11">${this.body.join("")}</svg>\n`;
+  }
+}
+
+const shortNumber = (value) => String(Number(value.toPrecision(3)));
+// A field of a CSV file.
+const quoted = (text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+
+function download(name, kind, text) {
+  const link = make("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: kind }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+class Plot {
+  // `what` is the request, as the run takes it.
+  constructor(title, what, remove) {
+    Object.assign(this, { title, what, id: null, names: [], ticks: [], rows: [] });
+    this.spiking = "spikes" in what;
+    this.canvas = make("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", title);
+    this.legend = make("div");
+    this.legend.className = "names";
+    const button = (text, act) => {
+      const made = make("button", text);
+      made.type = "button";
+      made.addEventListener("click", act);
+      return made;
+    };
+    const file = title.replace(/[^\w.-]+/g, "_");
+    const controls = make("div", null,
+      button("CSV", () => download(`${file}.csv`, "text/csv", this.csv())),
+      button("SVG", () => download(`${file}.svg`, "image/svg+xml", this.svg())),
+      button("Remove", remove));
+    controls.className = "controls";
+    this.element = make("div", null, make("h3", title), this.canvas, this.legend, controls);
+    this.element.className = "plot";
+  }
+
+  // Gets its number and the names of its values.
+  begin({ id, names }) {
+    const named = names.map((name, i) => (this.spiking || names.length > 24 ? null : make("label", null, this.swatch(i), name, make("output"))));
+    Object.assign(this, { id, names });
+    this.legend.replaceChildren(...named.filter(Boolean));
+  }
+
+  swatch() {
+    const mark = make("i");
+    mark.className = "swatch";
+    return mark;
+  }
+
+  colour(index) {
+    return theme.line(index);
+  }
+
+  forget() {
+    [this.ticks, this.rows] = [[], []];
+  }
+
+  // Forgets what lies after a tick: the run has gone back.
+  cut(tick) {
+    let left = this.ticks.length;
+    while (left > 0 && this.ticks[left - 1] > tick) left -= 1;
+    this.ticks.length = left;
+    this.rows.length = left;
+  }
+
+  take({ width, ticks, values }) {
+    ticks.forEach((tick, i) => {
+      if (!this.spiking && tick === this.ticks.at(-1)) return;
+      this.ticks.push(tick);
+      this.rows.push(this.spiking ? values[i] : values.slice(i * width, (i + 1) * width));
+    });
+    const most = this.spiking ? KEPT.spikes : KEPT.samples;
+    if (this.ticks.length > 1.1 * most) {
+      this.ticks.splice(0, this.ticks.length - most);
+      this.rows.splice(0, this.rows.length - most);
+    }
+  }
+
+  // Draws on a paper the times from `begin` to `end`, in seconds.
+  draw(paper, dt, begin, end) {
+    const { ink, soft, line } = theme.colours;
+    const [right, bottom] = [paper.width - MARGIN.right, paper.height - MARGIN.bottom];
+    const x = (tick) => MARGIN.left + ((tick * dt - begin) / (end - begin)) * (right - MARGIN.left);
+    const first = Math.max(countUpTo(this.ticks, begin / dt - 1e-9) - 1, 0);
+    let [low, high] = [0, 1];
+    if (this.spiking) {
+      const { from, count } = this.what.spikes;
+      [low, high] = [from, from + count];
+    } else {
+      for (let i = first; i < this.rows.length; i++) {
+        for (const value of this.rows[i]) [low, high] = [Math.min(low, value), Math.max(high, value)];
+      }
+    }
+    const y = (value) => bottom - ((value - low) / (high - low || 1)) * (bottom - MARGIN.top);
+    paper.line([[MARGIN.left, bottom], [right, bottom]], line, [], 1);
+    paper.line([[MARGIN.left, y(0)], [right, y(0)]].filter(() => low < 0), line, [2, 3], 1);
+    paper.text(shortNumber(high), MARGIN.left - 4, MARGIN.top + 9, soft, "end");
+    paper.text(shortNumber(low), MARGIN.left - 4, bottom, soft, "end");
+    paper.text(seconds(begin, 3), MARGIN.left, paper.height - 6, soft, "start");
+    paper.text(seconds(end, 3), right, paper.height - 6, soft, "end");
+    if (this.spiking) {
+      const size = Math.max((bottom - MARGIN.top) / (high - low) - 1, 1);
+      const points = this.ticks.slice(first).map((tick, i) => [x(tick), y(this.rows[first + i] + 1)]);
+      paper.dots(points.filter(([at]) => at >= MARGIN.left), ink, size);
+      return;
+    }
+    this.names.forEach((_, column) => {
+      const points = [];
+      for (let i = first; i < this.ticks.length; i++) points.push([Math.max(x(this.ticks[i]), MARGIN.left), y(this.rows[i][column])]);
+      paper.line(points, this.colour(column), theme.dash(column));
+    });
+  }
+
+  show(dt, tick, last) {
+    const end = tick * dt;
+    this.range = [dt, Math.max(end - last, 0), Math.max(end, last)];
+    this.draw(new CanvasPaper(this.canvas), ...this.range);
+    const now = this.rows.at(-1);
+    [...this.legend.children].forEach((label, i) => {
+      const value = now?.[i];
+      label.querySelector("i").style.borderTop = `3px ${theme.dash(i).length ? "dashed" : "solid"} ${this.colour(i)}`;
+      label.querySelector("output").textContent = value === undefined ? "" : value.toFixed(2);
+    });
+  }
+
+  csv() {
+    const dt = this.range?.[0] ?? 1;
+    const head = ["time_s", ...(this.spiking ? ["neuron"] : this.names)].map(quoted).join(",");
+    // A number that the run counts in single precision, without the digits of double precision.
+    const lines = this.rows.map((row, i) => [(this.ticks[i] * dt).toFixed(6), ...[row].flat().map((value) => Math.fround(value).toPrecision(9) * 1)].join(","));
+    return `${[head, ...lines].join("\n")}\n`;
+  }
+
+  svg() {
+    const paper = new SvgPaper(720, 240, theme.colours.paper);
+    this.draw(paper, ...(this.range ?? [1, 0, 1]));
+    if (!this.spiking) {
+      this.names.slice(0, 24).forEach((name, i) => paper.text(name, MARGIN.left + 6, 18 + 13 * i, this.colour(i)));
+    }
+    return paper.file();
+  }
+}
+
+// All plots of this window.
+class Plots {
+  constructor(place, session) {
+    Object.assign(this, { place, session, all: [], next: 1 });
+    this.none = place.firstElementChild;
+  }
+
+  add(title, what) {
+    const plot = new Plot(title, what, () => this.remove(plot));
+    this.all.push(plot);
+    this.none.hidden = true;
+    this.place.prepend(plot.element);
+    this.ask(plot);
+  }
+
+  ask(plot) {
+    plot.key = this.next;
+    this.next += 1;
+    plot.id = null;
+    this.session.send("plot", { key: plot.key, what: plot.what });
+  }
+
+  // The run has another graph: its plots are asked for again.
+  again() {
+    for (const plot of this.all) {
+      plot.forget();
+      this.ask(plot);
+    }
+  }
+
+  begun({ key, id, names }) {
+    this.all.find((plot) => plot.key === key)?.begin({ id, names });
+  }
+
+  refused(key) {
+    const plot = this.all.find((one) => one.key === key);
+    if (plot) this.drop(plot);
+  }
+
+  remove(plot) {
+    if (plot.id !== null) this.session.send("unplot", { id: plot.id });
+    this.drop(plot);
+  }
+
+  drop(plot) {
+    plot.element.remove();
+    this.all = this.all.filter((one) => one !== plot);
+    this.none.hidden = this.all.length > 0;
+  }
+
+  take(frame, wentBack) {
+    if (wentBack) this.all.forEach((plot) => plot.cut(frame.tick));
+    for (const samples of frame.plots) this.all.find((plot) => plot.id === samples.id)?.take(samples);
+  }
+
+  show(dt, tick, last) {
+    this.all.forEach((plot) => plot.show(dt, tick, last));
+  }
+}

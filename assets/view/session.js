@@ -1,0 +1,28 @@
+// The connection with the run: the token first, then commands as text; frames, answers and the graph come back.
+
+class Session {
+  constructor(listeners) {
+    this.listeners = listeners;
+    const token = location.hash.slice(1);
+    this.socket = new WebSocket(`ws://${location.host}/live`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.addEventListener("open", () => this.socket.send(JSON.stringify({ token })));
+    this.socket.addEventListener("close", ({ reason }) => listeners.closed(reason || "the connection is closed"));
+    this.socket.addEventListener("message", ({ data }) => this.hear(data));
+  }
+
+  hear(data) {
+    if (typeof data !== "string") {
+      this.listeners.frame(readFrame(data));
+      return;
+    }
+    const answer = JSON.parse(data);
+    const [kind] = Object.keys(answer);
+    this.listeners[kind]?.(answer[kind], answer);
+  }
+
+  // Sends a command such as `step` with its settings.
+  send(name, settings = {}) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ [name]: settings }));
+  }
+}

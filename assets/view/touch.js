@@ -1,0 +1,94 @@
+// The chosen module: what it is, and what can be plotted and changed there.
+
+class Touch {
+  constructor(session, plots) {
+    Object.assign(this, { session, plots, path: null });
+    const on = (id, act) => byId(id).addEventListener("click", act);
+    const change = (what) => session.send("do", what);
+    on("silence", () => change({ silence: { at: this.path } }));
+    on("release", () => change({ release: { at: this.path } }));
+    on("noisy", () => change({ noise: { at: this.path, scale: Number(byId("noise").value) } }));
+    on("values", () => {
+      const output = this.output();
+      const count = Math.min(output.width, 64);
+      plots.add(`${output.name}${count < output.width ? `, first ${count} of ${output.width}` : ""}`, { values: { output: output.name, count } });
+    });
+    on("similar", () => {
+      const to = byId("expression").value.split(",").map((text) => text.trim()).filter(Boolean);
+      const output = this.output().name;
+      // Without an expression, all names of the vocabulary.
+      const wanted = to.length ? to : (this.pointers[output] ?? []).slice(0, 64);
+      plots.add(to.length ? `${output}, similarity to ${to.join(", ")}` : `${output}, similarity`, { similar: { output, to: wanted } });
+    });
+    on("clamp", () => this.value("clamp"));
+    on("set", () => this.value("set"));
+    on("spikes", () => {
+      const [from, count] = [Number(byId("from").value), Number(byId("count").value)];
+      const layer = byId("layer").value;
+      plots.add(`Spikes of ${layer}, neurons ${from} to ${from + count - 1}`, { spikes: { layer, from, count } });
+    });
+    byId("output").addEventListener("change", () => this.showOutput());
+    byId("layer").addEventListener("change", () => this.showLayer());
+  }
+
+  begin(graph, pointers) {
+    Object.assign(this, { graph, pointers });
+    if (this.path) this.show(this.path);
+  }
+
+  output() {
+    const name = byId("output").value;
+    return this.outputs.find((output) => output.name === name);
+  }
+
+  // Clamps or sets the output to numbers, or to an expression over its vocabulary.
+  value(how) {
+    const text = byId("expression").value.trim();
+    const output = this.output().name;
+    const numbers = text.split(/[\s,]+/).map(Number);
+    const typed = text !== "" && numbers.every(Number.isFinite);
+    if (typed && !(output in this.pointers && numbers.length === 1 && numbers[0] === 0)) {
+      this.session.send("do", { [how]: { output, values: numbers } });
+    } else {
+      this.session.send("point", { output, to: text, how });
+    }
+  }
+
+  show(path) {
+    this.path = path;
+    const nodes = this.graph.nodes.filter((node) => node.path === path || node.path.startsWith(`${path}/`));
+    this.outputs = nodes.flatMap((node) => node.outputs.map((output) => ({ ...output, source: node.source })));
+    const neurons = nodes.reduce((sum, node) => sum + node.neurons, 0);
+    byId("chosen").textContent = path;
+    const meaning = MEANING[path.split("/").at(-1)];
+    const counts = `${nodes.length === 1 ? "1 node" : `${nodes.length} nodes`}, ${neurons} spiking neurons.`;
+    byId("meaning").textContent = meaning ? `${meaning} ${counts}` : counts;
+    byId("handles").hidden = false;
+    // Names that the module has for its outputs come first.
+    const inner = ({ name }) => (name.startsWith(`${path}.`) ? 0 : 1);
+    this.outputs.sort((a, b) => inner(a) - inner(b));
+    byId("output").replaceChildren(...this.outputs.slice(0, 500).map(({ name }) => make("option", name)));
+    const spiking = nodes.filter((node) => node.neurons > 0);
+    byId("layer").replaceChildren(...spiking.slice(0, 500).map((node) => make("option", node.path)));
+    byId("layers").hidden = spiking.length === 0;
+    this.showOutput();
+    this.showLayer();
+  }
+
+  showOutput() {
+    const output = this.output();
+    for (const id of ["values", "similar", "clamp", "set"]) byId(id).disabled = !output;
+    if (!output) return;
+    const names = this.pointers[output.name];
+    byId("similar").disabled = !names;
+    byId("set").disabled = !output.source;
+    byId("set").title = output.source ? "" : "Only outputs of sources can be set: this one is computed from inputs.";
+    byId("pointers").replaceChildren(...(names ?? []).slice(0, 500).map((name) => make("option", name)));
+    byId("expression").placeholder = names ? names.slice(0, 3).join(", ") : (output.width === 1 ? "a number" : `${output.width} numbers`);
+  }
+
+  showLayer() {
+    const layer = this.graph.nodes.find((node) => node.path === byId("layer").value);
+    if (layer) byId("count").value = Math.min(layer.neurons, 32);
+  }
+}

@@ -1,0 +1,167 @@
+//! `symbolt view`: the main job live, in a browser.
+
+use anyhow::{Error, ensure};
+use serde_json::json;
+use symbolt::robot::scene::Outline;
+use symbolt::sim::{InterventionLog, Live, LiveError, LiveOptions, SimView, Stop};
+use symbolt::task::event::{Doing, Ignore};
+use symbolt::task::execute::{Driver, EpisodeWorld, PreparedEpisode, RECOMPILE};
+use symbolt::view::{Driven, View};
+
+use super::{
+    Runner, ViewArgs, check, ended_text, episode_spec, of_interventions, scene_seed, teach,
+};
+use crate::cli::config;
+use crate::cli::end::Outcome;
+use crate::cli::options::unused;
+use crate::cli::output::{Place, Progress, emit, use_threads, warn};
+use crate::cli::table::counted;
+
+/// Ticks between two new checkpoints to go back to. One takes a scene's save as well.
+const SPACING_TICKS: u64 = 200;
+
+pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
+    let ViewArgs { run: args, read_only, log } = args;
+    if args.demos.task.listed() {
+        return config::list(args.common.json);
+    }
+    ensure!(args.out.is_none(), unused("--out", "`symbolt run`"));
+    check(args)?;
+    let log = match log {
+        Some(file) => Some(Place::checked(Some(file), args.force)?),
+        None => None,
+    };
+    let spec = episode_spec(args)?;
+    use_threads(&args.common)?;
+    let progress = Progress::new(&args.common);
+    let (_, learned) = match teach(args, &spec, &progress)? {
+        Ok(taught) => taught,
+        Err(nothing) => return Ok(nothing),
+    };
+    progress.say("building the planner graph");
+    let domain = &args.planner.domain(&learned.domain);
+    let build = args.planner.build(args.common.seed)?;
+    let runner = Runner { args, spec: &spec, domain, build };
+    let shown = args.record_episode - 1;
+    let prepared = runner.prepared(shown)?;
+    let scene = spec.task.scene(scene_seed(args, shown))?;
+    let view = if *read_only { View::bind_read_only() } else { View::bind() }?;
+    let view = with_planner(view.titled(spec.task.name()), &prepared)
+        .with_scene(json!(Outline::of(&scene)), poses)
+        .with_events(happened);
+    drop(progress);
+    match args.common.json {
+        true => emit(json!({ "address": view.address() }))?,
+        false => emit(format!("Open {}", view.address()))?,
+    }
+    let mut window = Window { view, log: None };
+    let episode = prepared
+        .run_driven(&mut Ignore, &mut window)
+        .map_err(|error| of_interventions(error, args))?;
+    let made = window.log.unwrap_or_default();
+    if let Some(place) = log {
+        place.write(&made)?;
+    }
+    let ground = episode.grounds.last().map(|ground| ground.domain());
+    let ended = ended_text(&episode.report.ended, ground);
+    match args.common.json {
+        true => emit(json!({
+            "solved": episode.report.solved, "reason": ended, "decisions": episode.report.decisions.len(),
+            "interventions": made.entries().len(),
+        }))?,
+        false => emit(format!(
+            "Ended after {}: {ended}. {} in the log.",
+            counted(episode.report.decisions.len(), "decision"),
+            counted(made.entries().len(), "intervention"),
+        ))?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// Offers the modules of the planner for plots.
+fn with_planner(mut view: View, prepared: &PreparedEpisode<'_>) -> View {
+    for (index, module) in prepared.planner().modules().iter().enumerate() {
+        let planner = prepared.planner().clone();
+        view = view.with_reading(module.name, &module.names, move |view, out| {
+            if let Some(module) = planner.modules().get(index) {
+                module.read(view, out);
+            }
+        });
+    }
+    view
+}
+
+fn poses(view: &SimView<'_>, out: &mut Vec<f32>) {
+    let Some(scene) = EpisodeWorld::of(view.world()).and_then(EpisodeWorld::scene) else { return };
+    let frame = scene.frame();
+    out.extend(frame.angles.iter().chain(&frame.fingers).map(|value| *value as f32));
+    for pose in &frame.parts {
+        out.extend(pose.position.iter().chain(&pose.orientation).map(|value| *value as f32));
+    }
+}
+
+/// Says what the robot does. Returns the number of decisions.
+fn happened(view: &SimView<'_>, text: &mut String) -> u32 {
+    let Some(world) = EpisodeWorld::of(view.world()) else { return 0 };
+    text.clear();
+    match world.doing() {
+        Doing::Looking => text.push_str("looking"),
+        Doing::Deciding => text.push_str("deciding"),
+        Doing::Acting(action) => {
+            text.push_str("doing ");
+            text.push_str(action);
+        }
+        Doing::Over => text.push_str("over"),
+    }
+    u32::try_from(world.decisions().len()).unwrap_or(u32::MAX)
+}
+
+/// The windows of an episode.
+struct Window {
+    view: View,
+    /// The interventions in the first planner graph.
+    log: Option<InterventionLog>,
+}
+
+impl Driver for Window {
+    fn options(&self) -> LiveOptions {
+        LiveOptions { spacing_ticks: SPACING_TICKS, ..LiveOptions::default() }
+    }
+
+    fn drive(
+        &mut self,
+        live: &mut Live,
+        stop: &mut dyn FnMut(SimView<'_>) -> Stop,
+    ) -> Result<bool, LiveError> {
+        let goes_on = loop {
+            match self.view.drive(live, &mut *stop)? {
+                Driven::Stopped(RECOMPILE) => break true,
+                Driven::Stopped(_) => {
+                    let world = EpisodeWorld::of(live.sim().world());
+                    let ended = world.and_then(EpisodeWorld::ended);
+                    let why =
+                        ended.map_or_else(|| "the time is up".into(), |e| ended_text(e, None));
+                    if self.view.hold(live, &why)? != Driven::WentBack {
+                        break false;
+                    }
+                }
+                Driven::WentBack => {}
+                Driven::Ended => break false,
+            }
+        };
+        match self.log {
+            None => self.log = Some(live.log()),
+            Some(_) if live.made().is_empty() => {}
+            Some(_) => {
+                let some = counted(live.made().len(), "intervention");
+                warn(&format!(
+                    "{some} in a planner graph that was compiled anew: a run with --interventions does not repeat them"
+                ));
+            }
+        }
+        if goes_on {
+            self.view.forget_readings();
+        }
+        Ok(goes_on)
+    }
+}

@@ -1,0 +1,453 @@
+//! The loop of a watched run: takes commands, runs ticks, and publishes frames.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
+
+use serde_json::{Map, Value, json};
+
+use super::command::{Command, How};
+use super::sampler::{Sampler, pointer};
+use super::{FRAME, View};
+use crate::sim::{
+    Graph, GraphOutline, Intervention, InterventionLog, Live, LiveError, SimDuration, SimView,
+    Simulator, Stop, StopReason, cut,
+};
+use crate::spa::OutputVocabulary;
+
+/// Greatest number of commands that are taken between two stretches of ticks.
+const MOST_COMMANDS: usize = 64;
+/// Number of interventions that windows are told of, and of characters of each; they can ask for the whole log.
+const TOLD: usize = 100;
+const LINE: usize = 200;
+/// Shortest time between two frames of a run that goes on: a little less than between two looks of the clock.
+const SHORTEST: Duration = Duration::from_millis(14);
+
+/// How a watched run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Driven {
+    /// The stop condition ended it.
+    Stopped(StopReason),
+    /// A window has gone back from the end.
+    WentBack,
+    /// A window ended it.
+    Ended,
+}
+
+/// What the run does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Mode {
+    Stopped,
+    /// At a speed in simulated seconds a second since a moment and a tick, or without one as fast as it goes.
+    Running {
+        speed: Option<f64>,
+        since: Option<(Instant, u64)>,
+    },
+    /// As fast as it goes to the end of this tick.
+    To(u64),
+    /// As fast as it goes until the number of events is another.
+    Until(u32),
+}
+
+impl Mode {
+    pub fn running(speed: Option<f64>) -> Self {
+        Self::Running { speed, since: None }
+    }
+}
+
+/// A loop over one live run.
+struct Loop<'v, 'l> {
+    view: &'v mut View,
+    live: &'l mut Live,
+    sampler: Sampler,
+    /// Why the run cannot go on: it has failed, or its end is reached.
+    halted: Option<String>,
+    /// Whether the run has reached its end.
+    over: bool,
+    /// The failure of the last tick.
+    failure: Option<LiveError>,
+    ended: bool,
+    /// Moment and tick of the last frame.
+    shown: (Instant, u64),
+    /// Whether something has changed since the last frame.
+    fresh: bool,
+    doing: String,
+    /// The length of the log and the epoch that windows were told of.
+    told: Option<(usize, u32)>,
+    poses: Vec<f32>,
+}
+
+impl View {
+    /// Runs a live run as windows ask for, until `stop` breaks or a window ends it. `stop` is called after every tick, but not
+    /// while the run goes back. Later calls may have another run; what it does goes on.
+    ///
+    /// # Errors
+    /// The run's own, if it had failed when it was ended. Before that a window can go back.
+    pub fn drive(
+        &mut self,
+        live: &mut Live,
+        mut stop: impl FnMut(SimView<'_>) -> Stop,
+    ) -> Result<Driven, LiveError> {
+        let mut own = Loop::new(self, live, None);
+        loop {
+            own.obey();
+            if own.ended {
+                return own.finish(Driven::Ended);
+            }
+            let ticks = own.ticks();
+            if ticks == 0 {
+                own.publish();
+                own.wait();
+                continue;
+            }
+            if let Some(reason) = own.run(ticks, &mut stop) {
+                own.publish();
+                return own.finish(Driven::Stopped(reason));
+            }
+            own.publish();
+        }
+    }
+
+    /// Stands at the end of a run, for the reason `why`, until a window goes back or ends it.
+    ///
+    /// # Errors
+    /// As [`drive`](Self::drive).
+    pub fn hold(&mut self, live: &mut Live, why: &str) -> Result<Driven, LiveError> {
+        let end = live.tick();
+        self.mode = Mode::Stopped;
+        let mut own = Loop::new(self, live, Some(why.into()));
+        own.over = true;
+        loop {
+            own.publish();
+            own.wait();
+            own.obey();
+            if own.ended {
+                return own.finish(Driven::Ended);
+            }
+            if own.live.tick() < end {
+                return own.finish(Driven::WentBack);
+            }
+        }
+    }
+}
+
+impl View {
+    /// Returns what windows are told of a graph.
+    fn hello(&self, graph: &Graph, outline: &GraphOutline) -> Value {
+        let names = outline.nodes.iter().flat_map(|node| &node.outputs).filter_map(|output| {
+            let vocabulary = OutputVocabulary::of(graph, &output.name)?;
+            Some((output.name.clone(), vocabulary.names().into()))
+        });
+        let pointers: Map<String, Value> = names.collect();
+        let readings: Vec<_> = self.readings.iter().map(|reading| &reading.name).collect();
+        json!({
+            "title": self.title,
+            "graph": outline,
+            "pointers": pointers,
+            "readings": readings,
+            "read_only": self.hub.read_only,
+            "events": self.events.is_some(),
+            "scene": self.scene.as_ref().map(|scene| &scene.outline),
+        })
+    }
+}
+
+impl<'v, 'l> Loop<'v, 'l> {
+    fn new(view: &'v mut View, live: &'l mut Live, halted: Option<String>) -> Self {
+        let graph = live.sim().graph();
+        let sampler = match view.sampled.take() {
+            Some((own, sampler)) if Arc::ptr_eq(&own, graph) => sampler,
+            // Plots belong to a graph: windows add theirs again.
+            _ => {
+                let outline = graph.outline();
+                view.hub.tell_graph(&json!({ "hello": view.hello(graph, &outline) }));
+                view.standing.epoch = view.standing.epoch.wrapping_add(1);
+                Sampler::new(graph, &outline)
+            }
+        };
+        let shown = (Instant::now(), live.tick());
+        Self {
+            view,
+            live,
+            sampler,
+            halted,
+            over: false,
+            failure: None,
+            ended: false,
+            shown,
+            fresh: true,
+            doing: String::new(),
+            told: None,
+            poses: Vec::new(),
+        }
+    }
+
+    fn finish(self, driven: Driven) -> Result<Driven, LiveError> {
+        self.view.sampled = Some((self.live.sim().graph().clone(), self.sampler));
+        match self.failure {
+            Some(failure) => Err(failure),
+            None => Ok(driven),
+        }
+    }
+
+    /// Takes the commands that wait.
+    fn obey(&mut self) {
+        for _ in 0..MOST_COMMANDS {
+            let Ok((window, command)) = self.view.commands.try_recv() else { return };
+            self.take(window, command);
+        }
+    }
+
+    /// Waits for a command, or for the next tick of a slow run.
+    fn wait(&mut self) {
+        let wait = match self.view.mode {
+            Mode::Running { speed: Some(speed), .. } if self.halted.is_none() => {
+                Duration::from_secs_f64(self.dt_s() / speed).min(FRAME)
+            }
+            _ => FRAME,
+        };
+        match self.view.commands.recv_timeout(wait) {
+            Ok((window, command)) => self.take(window, command),
+            Err(RecvTimeoutError::Timeout) => {}
+            // The hub of the view holds the other end.
+            Err(RecvTimeoutError::Disconnected) => self.ended = true,
+        }
+    }
+
+    fn dt_s(&self) -> f64 {
+        self.live.sim().graph().timebase().dt_s()
+    }
+
+    fn take(&mut self, window: u64, command: Command) {
+        let plot = match &command {
+            Command::Plot { key, .. } => Some(*key),
+            _ => None,
+        };
+        if let Err(reason) = self.make(window, command) {
+            self.view.hub.tell(window, &json!({ "refused": reason, "plot": plot }));
+        }
+        self.fresh = true;
+    }
+
+    /// Does what a window asks for. The error is a sentence for the window.
+    fn make(&mut self, window: u64, command: Command) -> Result<(), String> {
+        let tick = self.live.tick();
+        match command {
+            Command::Pause {} => self.view.mode = Mode::Stopped,
+            Command::Run { speed } => self.go(Mode::running(speed))?,
+            Command::Step { ticks } => self.go_to(tick.saturating_add(ticks))?,
+            Command::Until {} => {
+                if self.view.events.is_none() {
+                    return Err("this run tells of no events".into());
+                }
+                let events = self.events();
+                self.go(Mode::Until(events))?;
+            }
+            Command::Back { ticks } => {
+                let to = tick.checked_sub(ticks).ok_or("the run began less than that ago")?;
+                self.go_back(to)?;
+            }
+            Command::Seek { tick: to } if to > tick => self.go_to(to)?,
+            Command::Seek { tick: to } => self.go_back(to)?,
+            Command::Plot { key, what } => {
+                let graph = self.live.sim().graph();
+                let (id, names) = self.sampler.plot(window, &what, graph, &self.view.readings)?;
+                let plotted = json!({ "key": key, "id": id, "names": names });
+                self.view.hub.tell(window, &json!({ "plotted": plotted }));
+            }
+            Command::Unplot { id } => {
+                if !self.sampler.unplot(window, id) {
+                    return Err(format!("this window has no plot {id}"));
+                }
+            }
+            Command::Do(what) => self.intervene(what)?,
+            Command::Point { output, to, how } => {
+                let values = pointer(self.live.sim().graph(), &output, &to)?;
+                self.intervene(match how {
+                    How::Set => Intervention::Set { output, values },
+                    How::Clamp => Intervention::Clamp { output, values },
+                })?;
+            }
+            Command::Forget {} => {
+                let none = InterventionLog::default();
+                self.live.follow(&none).map_err(|error| error.to_string())?;
+            }
+            Command::Log {} => {
+                self.view.hub.tell(window, &json!({ "saved": self.live.log().to_string() }));
+            }
+            Command::End {} => self.ended = true,
+        }
+        Ok(())
+    }
+
+    fn intervene(&mut self, what: Intervention) -> Result<(), String> {
+        if self.over {
+            return Err("the run is over; go back to change it".into());
+        }
+        self.live.intervene(what).map_err(|error| error.to_string())
+    }
+
+    fn go(&mut self, mode: Mode) -> Result<(), String> {
+        match &self.halted {
+            Some(why) => Err(format!("{why}; go back to go on")),
+            None => {
+                self.view.mode = mode;
+                Ok(())
+            }
+        }
+    }
+
+    fn go_to(&mut self, tick: u64) -> Result<(), String> {
+        self.sampler.space(tick.saturating_sub(self.live.tick()));
+        self.go(Mode::To(tick))
+    }
+
+    fn go_back(&mut self, tick: u64) -> Result<(), String> {
+        self.view.mode = Mode::Stopped;
+        let gone = self.live.seek(tick);
+        self.sampler.forget();
+        self.view.standing.epoch = self.view.standing.epoch.wrapping_add(1);
+        match gone {
+            Ok(()) => {
+                if !self.over {
+                    (self.halted, self.failure) = (None, None);
+                }
+                Ok(())
+            }
+            Err(error) => {
+                let said = error.to_string();
+                if matches!(error, LiveError::Sim(_)) {
+                    (self.halted, self.failure) = (Some(said.clone()), Some(error));
+                }
+                Err(said)
+            }
+        }
+    }
+
+    fn events(&mut self) -> u32 {
+        let events = self.view.events.as_mut();
+        events.map_or(0, |tell| tell(&SimView::of(self.live.sim()), &mut self.doing))
+    }
+
+    /// Returns how many ticks are due now.
+    fn ticks(&mut self) -> u64 {
+        let tick = self.live.tick();
+        if self.halted.is_some() {
+            return 0;
+        }
+        let dt_s = self.dt_s();
+        match &mut self.view.mode {
+            Mode::Stopped => 0,
+            Mode::Running { speed: None, .. } | Mode::Until(_) => u64::MAX - tick,
+            Mode::To(to) => to.saturating_sub(tick),
+            Mode::Running { speed: Some(speed), since } => {
+                let (moment, from) = *since.get_or_insert((Instant::now(), tick));
+                let passed = moment.elapsed().as_secs_f64();
+                let due = from.saturating_add((passed * *speed / dt_s) as u64);
+                if due > tick.saturating_add((0.2 * *speed / dt_s) as u64 + 1) {
+                    // The machine is too slow for this speed: what was missed is not made up for.
+                    *since = Some((Instant::now(), tick));
+                    return 1;
+                }
+                due.saturating_sub(tick)
+            }
+        }
+    }
+
+    /// Runs at most so many ticks, until a frame is due or a command waits. Returns why the stop condition ended the run.
+    fn run(
+        &mut self,
+        ticks: u64,
+        stop: &mut impl FnMut(SimView<'_>) -> Stop,
+    ) -> Option<StopReason> {
+        let Self { view, live, sampler, doing, .. } = self;
+        let View { hub, readings, events, mode, .. } = &mut **view;
+        hub.due.store(false, Ordering::Relaxed);
+        let until = match *mode {
+            Mode::Until(events) => Some(events),
+            _ => None,
+        };
+        let (mut over, mut happened) = (None, false);
+        let ran = live.run_until(span(live.sim(), ticks), |view| {
+            sampler.tick(&view, readings);
+            if let (Some(before), Some(tell)) = (until, events.as_mut()) {
+                happened = tell(&view, doing) != before;
+            }
+            if let ControlFlow::Break(reason) = stop(view) {
+                over = Some(reason);
+                return ControlFlow::Break(reason);
+            }
+            match happened || hub.due.load(Ordering::Relaxed) {
+                true => ControlFlow::Break(StopReason::Condition("a window")),
+                false => ControlFlow::Continue(()),
+            }
+        });
+        self.fresh = true;
+        let arrived = matches!(self.view.mode, Mode::To(to) if self.live.tick() >= to);
+        if let Err(error) = ran {
+            self.halted = Some(error.to_string());
+            self.failure = Some(error);
+        }
+        if arrived || happened || self.halted.is_some() {
+            self.view.mode = Mode::Stopped;
+        }
+        over
+    }
+
+    /// Publishes a frame if one is due: something has changed, and a window is open.
+    fn publish(&mut self) {
+        let (moment, from) = self.shown;
+        let running = !matches!(self.view.mode, Mode::Stopped);
+        let passed = moment.elapsed();
+        if !self.fresh || running && passed < SHORTEST {
+            return;
+        }
+        let open = self.view.hub.open();
+        self.sampler.keep(&open);
+        if open.is_empty() {
+            return;
+        }
+        let tick = self.live.tick();
+        let gone = tick.saturating_sub(from);
+        if running {
+            self.sampler.space(gone);
+        }
+        let events = self.events();
+        let (logged, ahead) = (self.live.made(), self.live.ahead().len());
+        let earliest = self.live.earliest();
+        let speed = gone as f64 * self.dt_s() / passed.as_secs_f64().max(1e-6);
+        let standing = &mut self.view.standing;
+        standing.mode = if self.over { 2 } else { u8::from(running) };
+        (standing.earliest, standing.events) = (earliest, events);
+        (standing.logged, standing.ahead) = (logged.len() as u32, ahead as u32);
+        standing.speed = if running { speed as f32 } else { 0.0 };
+        self.poses.clear();
+        if let Some(scene) = &mut self.view.scene {
+            (scene.poses)(&SimView::of(self.live.sim()), &mut self.poses);
+        }
+        let View { hub, standing, readings, .. } = &*self.view;
+        hub.tell_standing(
+            0,
+            &json!({ "standing": { "doing": self.doing, "halted": self.halted } }),
+        );
+        if self.told != Some((logged.len(), standing.epoch)) {
+            self.told = Some((logged.len(), standing.epoch));
+            let last = logged.iter().skip(logged.len().saturating_sub(TOLD)).map(|entry| {
+                let what = json!(entry.what).to_string();
+                json!({ "tick": entry.tick, "do": cut(&what, LINE) })
+            });
+            let last: Vec<_> = last.collect();
+            hub.tell_standing(1, &json!({ "log": { "count": logged.len(), "last": last } }));
+        }
+        hub.publish(self.sampler.frame(self.live.sim(), standing, readings, &self.poses));
+        self.shown = (Instant::now(), tick);
+        self.fresh = false;
+    }
+}
+
+fn span(sim: &Simulator, ticks: u64) -> SimDuration {
+    // A stretch ends at the next frame anyway.
+    sim.graph().timebase().span(ticks.min(10_000_000))
+}
