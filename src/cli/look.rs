@@ -77,10 +77,9 @@ pub(crate) fn look(
         let id = |index: usize| layout.objects[index].id.to_string();
         let other =
             other.map_or_else(|| "another one".into(), |o| format!("`{}`", others.objects[o].id));
-        let (object, state) = (id(index), &domain.states[fact.state].name);
+        let words = layout.fact_in_words(domain, index, &fact);
         warn(&format!(
-            "`{object}` is {state} of `{}` and of {other}, which are equally near; `{}` is taken",
-            id(reference),
+            "{words}, or at {other}, which is equally near; `{}` is taken",
             id(reference)
         ));
     }
@@ -127,13 +126,14 @@ pub(crate) fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String
 /// Returns the objects in no state whose kind has states, and by how much they miss the nearest.
 pub(crate) fn misses(domain: &RelationalDomain, layout: &Layout) -> Vec<String> {
     let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
-    let all = layout.objects.iter().zip(&layout.located);
-    let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
-    let loose = loose.map(|(o, l)| match l.miss {
-        None => o.id.to_string(),
+    let names = layout.object_names();
+    let all = layout.objects.iter().zip(&layout.located).enumerate();
+    let loose = all.filter(|(_, (o, l))| l.fact.is_none() && known(&o.kind));
+    let loose = loose.map(|(index, (_, l))| match l.miss {
+        None => names[index].clone(),
         Some(miss) => {
-            let nearest = &domain.states[miss.nearest.state].name;
-            format!("{} (nearest {nearest}, {})", o.id, miss.offset.in_words())
+            let nearest = domain.fact_in_words(&miss.nearest, index, &names);
+            format!("{} (nearest: {nearest}, {})", names[index], miss.offset.in_words())
         }
     });
     loose.collect()

@@ -276,7 +276,7 @@ fn a_move_shown_once_is_not_discarded_as_a_failed_attempt() {
     assert_eq!((domain.operators.len(), once), (2, 1));
     assert_eq!(plan[0], "PUT_BUTTON_AT_START", "{plan:?}");
     // Where the gate is open, nobody presses the button.
-    assert_eq!(shown("gate", 0).1, ["PUT_BOX_PLACED"]);
+    assert_eq!(shown("gate", 0).1, ["PUT_DOWN_BOX"]);
 }
 
 #[test]

@@ -203,6 +203,10 @@ impl Live {
             took_ms: waited_ms as f64,
             holds: self.present.iter().map(|state| domain[state].name.clone()).collect(),
             action: if let Verdict::Act(action) = verdict { Some(name(action)) } else { None },
+            words: match verdict {
+                Verdict::Act(action) => Some(tools.model.ground.action_in_words(action).into()),
+                _ => None,
+            },
             begun: false,
             skill: None,
             chosen: None,
