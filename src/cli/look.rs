@@ -65,6 +65,7 @@ pub(crate) fn look(
         let doubts = doubts(&Recording::of_scene(scene.clone()));
         doubts.iter().for_each(|doubt| warn(&doubt.to_string()));
     }
+    let names = layout.object_names();
     for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
         let Some(fact) = located.fact else { continue };
         let Some(reference) = fact.reference else { continue };
@@ -74,14 +75,11 @@ pub(crate) fn look(
         others.objects.remove(reference);
         let own = if reference < index { index - 1 } else { index };
         let other = classifier.classify_object(&others, own).fact.and_then(|fact| fact.reference);
-        let id = |index: usize| layout.objects[index].id.to_string();
-        let other =
-            other.map_or_else(|| "another one".into(), |o| format!("`{}`", others.objects[o].id));
-        let words = layout.fact_in_words(domain, index, &fact);
-        warn(&format!(
-            "{words}, or at {other}, which is equally near; `{}` is taken",
-            id(reference)
-        ));
+        let other = other.and_then(|o| layout.object(&others.objects[o].id));
+        let other = other.map_or("another one", |o| &names[o]);
+        let words = domain.fact_in_words(&fact, index, &names);
+        let taken = &names[reference];
+        warn(&format!("{words}, or at {other}, which is equally near; {taken} is taken"));
     }
     Ok(layout)
 }

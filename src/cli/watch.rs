@@ -33,9 +33,9 @@ impl<'p> ProgressLine<'p> {
     }
 
     /// Changes the line on a terminal, at most once per [`PERIOD`].
-    fn show(&mut self, what: impl FnOnce(&str) -> String) {
+    fn show(&mut self, what: impl FnOnce(&Self) -> String) {
         if self.progress.lively() && self.shown.elapsed() >= PERIOD {
-            self.progress.show(what(&self.name));
+            self.progress.show(what(self));
             self.shown = Instant::now();
         }
     }
@@ -66,17 +66,18 @@ impl Observer for ProgressLine<'_> {
                     self.progress.say(format!("{}: {time_s:.2} s: {decided}", self.name));
                     self.told = true;
                 }
-                let what = match doing {
-                    Doing::Looking => "looking",
-                    Doing::Deciding => "deciding",
-                    Doing::Acting(action) => self.decided.as_deref().unwrap_or(action),
-                    Doing::Over => "over",
-                };
-                let what = what.to_owned();
-                self.show(|name| format!("{name}, {time_s:.1} simulated s: {what}"));
+                self.show(|own| {
+                    let what = match doing {
+                        Doing::Looking => "looking",
+                        Doing::Deciding => "deciding",
+                        Doing::Acting(action) => own.decided.as_deref().unwrap_or(action),
+                        Doing::Over => "over",
+                    };
+                    format!("{}, {time_s:.1} simulated s: {what}", own.name)
+                });
             }
             Event::Stepped { time_s } => {
-                self.show(|name| format!("{name}, {time_s:.1} simulated s"));
+                self.show(|own| format!("{}, {time_s:.1} simulated s", own.name));
             }
             Event::Warned(warning) => self.progress.say(format!("warning: {warning}")),
             _ => {}

@@ -277,7 +277,7 @@ fn scenes_that_do_not_fit_get_one_clear_sentence() {
     let ran = run(path, &["plan", "domain.json", "--scene", "between.json", "--quiet"]);
     assert!(
         ran.err.contains(
-            "`cup_0` is CUP_AT_PLATE of `plate_0` and of `plate_1`, which are equally near"
+            "cup 0 is beside plate 0, or at plate 1, which is equally near; plate 0 is taken"
         ),
         "{}",
         ran.err

@@ -218,7 +218,7 @@ impl Ran {
                 let need = domain.need_in_words(operator, &operator.needs[*n]);
                 let _ = write!(
                     self.reason,
-                    "; to {} was done without an undecided condition, \"{need}\", which may be needed",
+                    "; \"{}\" was done without an undecided condition, \"{need}\", which may be needed",
                     domain.operator_in_words(operator)
                 );
             }

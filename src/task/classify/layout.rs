@@ -48,12 +48,12 @@ impl Layout {
         self.located.iter().map(|l| l.fact).collect()
     }
 
-    /// Returns the names of the objects for people, such as `bolt 0`, or `the bolt` for the only one of its kind.
+    /// Returns the names of the objects for people, such as `cup 0`, or `the cup` for the only one of its kind.
     pub fn object_names(&self) -> Vec<String> {
         object_names(self.objects.iter().map(|o| (&*o.id, &*o.kind)))
     }
 
-    /// Returns the statement that an object is in a state, such as `nut 0 is in the nut pocket`. This names all objects, so
+    /// Returns the statement that an object is in a state, such as `cup 0 is in the drawer`. This names all objects, so
     /// for many of them use [`RelationalDomain::fact_in_words`].
     ///
     /// # Panics

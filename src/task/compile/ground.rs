@@ -50,8 +50,8 @@ impl GroundProblem {
         &self.domain
     }
 
-    /// Returns the id and the name of each object of the problem, in their order. The name is for people: `bolt 0`, or `the
-    /// bolt` for the only one of its kind.
+    /// Returns the id and the name of each object of the problem, in their order. The name is for people: `cup 0`, or `the
+    /// cup` for the only one of its kind.
     pub fn object_names(&self) -> impl Iterator<Item = (&str, &str)> {
         self.objects.iter().map(|(id, name)| (&**id, &**name))
     }
@@ -102,7 +102,7 @@ impl GroundProblem {
         obstacle.in_words(fact, |action| quoted(self.action_in_words(action)))
     }
 
-    /// Returns the move's order in words, such as `put bolt 0 in the nut`.
+    /// Returns the move's order in words, such as `put cup 0 in the drawer`.
     pub(crate) fn move_in_words(&self, m: &Move, of: &RelationalDomain) -> String {
         let name = |object: usize| self.objects.get(object).map(|(_, name)| name.as_str());
         of.move_in_words(&of.operators[m.operator], name(m.object), m.reference.and_then(name))

@@ -20,7 +20,7 @@ pub struct Decided {
     pub holds: Vec<String>,
     /// Name of the next action; `None` if the goal was met or the planner was stuck.
     pub action: Option<String>,
-    /// The action as a sentence, with the object that the robot takes, such as `put bolt 0 in the nut`; `None` if there is no
+    /// The action as a sentence, with the object that the robot takes, such as `put cup 0 in the drawer`; `None` if there is no
     /// action, and in older traces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub words: Option<String>,
@@ -54,7 +54,7 @@ pub struct InNoState {
     pub off_deg: f64,
     /// Distance and angle in words, such as `2.6 mm too high and tilted by 10 degrees`.
     pub off: String,
-    /// The statement that the part is nearest to, such as `nut 0 is in the nut pocket`; empty in older traces.
+    /// The statement that the part is nearest to, such as `cup 0 is in the drawer`; empty in older traces.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub words: String,
 }

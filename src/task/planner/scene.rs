@@ -22,7 +22,7 @@ pub struct SceneMove {
     pub chosen: Move,
     /// Name of the action.
     pub action: String,
-    /// The move as a sentence, such as `put bolt 0 in the nut`.
+    /// The move as a sentence, such as `put cup 0 in the drawer`.
     pub words: String,
     /// Id of the object that moves.
     pub object: Arc<str>,

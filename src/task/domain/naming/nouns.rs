@@ -22,13 +22,13 @@ pub(crate) fn symbol(kind: &str) -> String {
     name
 }
 
-/// Returns a kind as a noun, such as `bolt hole` for `bolt_hole`.
+/// Returns a kind as a noun, such as `coffee cup` for `coffee_cup`.
 pub(crate) fn noun(kind: &str) -> String {
     let words: Vec<&str> = kind.split(['_', ' ']).filter(|word| !word.is_empty()).collect();
     if words.is_empty() { kind.into() } else { words.join(" ").to_lowercase() }
 }
 
-/// Returns a noun with its article, such as `a bolt` or `an arm`.
+/// Returns a noun with its article, such as `a cup` or `an arm`.
 pub(crate) fn a(noun: &str) -> String {
     let vowel = noun.starts_with(['a', 'e', 'i', 'o', 'u']);
     format!("{} {noun}", if vowel { "an" } else { "a" })
@@ -51,8 +51,8 @@ pub(super) fn plural(noun: &str) -> String {
     format!("{noun}{}", if hisses { "es" } else { "s" })
 }
 
-/// Returns the names of the objects of a scene, given as pairs of id and kind: `the bolt` for the only one of its kind,
-/// `bolt 0` for one of several. An id that does not begin with the kind is its own name.
+/// Returns the names of the objects of a scene, given as pairs of id and kind: `the cup` for the only one of its kind,
+/// `cup 0` for one of several. An id that does not begin with the kind is its own name.
 pub(crate) fn object_names<'o>(
     objects: impl Iterator<Item = (&'o str, &'o str)> + Clone,
 ) -> Vec<String> {

@@ -63,7 +63,7 @@ impl Statement {
         Self { other: true, ..self }
     }
 
-    /// Returns a description of an object of which the statement holds, such as `a nut that is in a nut pocket`.
+    /// Returns a description of an object of which the statement holds, such as `a cup that is in a drawer`.
     pub fn as_description(&self) -> String {
         match &self.rest {
             Ok(rest) => format!("{} that is {rest}", a(&self.noun)),
@@ -71,7 +71,7 @@ impl Statement {
         }
     }
 
-    /// Returns the statement about any object of the kind, with a further description of it, such as ` other than nut 1`.
+    /// Returns the statement about any object of the kind, with a further description of it, such as ` other than cup 1`.
     pub fn about_any(&self, further: &str) -> String {
         match &self.rest {
             Err(whole) if further.is_empty() && !self.other => whole.clone(),
@@ -101,7 +101,7 @@ impl Statement {
         }
     }
 
-    /// Returns for what a place of the state is, such as `for a nut in a nut pocket`.
+    /// Returns for what a place of the state is, such as `for a cup in a drawer`.
     pub fn purpose(&self) -> String {
         match &self.rest {
             Ok(rest) => format!("for {} {rest}", a(&self.noun)),

@@ -13,14 +13,16 @@ use crate::task::recording::Recording;
 /// Things that others are put into. The last word of a kind decides.
 const CONTAINERS: &[&str] = &[
     "bag", "basket", "bin", "bottle", "bowl", "box", "bucket", "cabinet", "can", "carton", "case",
-    "crate", "cup", "drawer", "dish", "glass", "hole", "jar", "jig", "mug", "nest", "pan",
-    "pocket", "pot", "recess", "slot", "socket", "vase",
+    "crate", "cup", "drawer", "dish", "glass", "jar", "mug", "nest", "pan", "pot", "recess",
+    "slot", "socket", "vase",
 ];
 /// Things that others lie on, wherever on them.
 const CARRIERS: &[&str] = &[
     "bench", "board", "cart", "conveyor", "counter", "desk", "floor", "mat", "pad", "pallet",
     "rack", "shelf", "table", "tray",
 ];
+/// Things that close others from above.
+const COVERS: &[&str] = &["cap", "cover", "lid", "top"];
 /// Things that open and close.
 const OPENABLE: &[&str] =
     &["door", "drawer", "flap", "gate", "hatch", "lid", "shutter", "slide", "window"];
@@ -244,7 +246,7 @@ fn first(state: &FrameState) -> Described {
                 (true, true, _) => "in its start area",
                 (true, false, false) => "at its start place",
                 (true, false, true) => "at one of its start places",
-                (false, true, _) => "at a free spot",
+                (false, true, _) => "in its target area",
                 (false, false, false) => "at its fixed spot",
                 (false, false, true) => "at one of its fixed spots",
             };
@@ -269,15 +271,16 @@ fn is_one(kind: &str, words: &[&str]) -> bool {
 /// Returns the preposition between a state's object and its reference. A noun tells what no position does: that a cup is
 /// hollow.
 fn relation(state: &FrameState, frame: &str) -> &'static str {
-    if is_one(frame, CONTAINERS) {
-        return "in";
-    }
-    if is_one(frame, CARRIERS) {
-        return "on";
-    }
     let across = |p: &[f64; 3]| p[0].hypot(p[1]);
     let at: Vec<[f64; 3]> = state.places.iter().map(|place| place.pose().position).collect();
     let all = |holds: &dyn Fn(&[f64; 3]) -> bool| at.iter().all(holds);
+    let covers = is_one(&state.kind, COVERS) && all(&|p| across(p) < CENTRED_M && p[2] > 0.0);
+    if covers || is_one(frame, CARRIERS) {
+        return "on";
+    }
+    if is_one(frame, CONTAINERS) {
+        return "in";
+    }
     if is_region(state) {
         return "at";
     }
@@ -417,15 +420,19 @@ fn apart(states: &[FrameState], all: &mut [Described]) {
         let measured =
             order.iter().all(framed) && measures.windows(2).all(|pair| pair[0] < pair[1]);
         for (rank, (index, mm)) in order.iter().zip(measures).enumerate() {
+            // An area or a place is one of several; what is near or in something is so at some height.
+            let of_world =
+                states[*index].frame == Frame::World && !all[*index].rest.starts_with("near");
+            let one = if of_world { "the one " } else { "" };
             let (symbol, rest) = match (measured, order.len(), axis, rank) {
                 (true, ..) => {
                     let minus = if mm < 0.0 { "MINUS_" } else { "" };
                     (format!("{large}_{minus}{}MM", mm.abs()), format!("{mm} mm along {letter}"))
                 }
-                (_, 2, 2, 0) => ("LOWER".into(), "at the lower place".into()),
-                (_, 2, 2, _) => ("UPPER".into(), "at the upper place".into()),
-                (_, 2, _, 0) => (format!("LOW_{large}"), format!("at low {letter}")),
-                (_, 2, _, _) => (format!("HIGH_{large}"), format!("at high {letter}")),
+                (_, 2, 2, 0) => ("LOWER".into(), format!("{one}at lower height")),
+                (_, 2, 2, _) => ("UPPER".into(), format!("{one}at upper height")),
+                (_, 2, _, 0) => (format!("LOW_{large}"), format!("{one}at low {letter}")),
+                (_, 2, _, _) => (format!("HIGH_{large}"), format!("{one}at high {letter}")),
                 _ => {
                     let (rank, of) = (rank + 1, order.len());
                     (

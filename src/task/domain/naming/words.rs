@@ -114,7 +114,7 @@ impl RelationalDomain {
         Ok(())
     }
 
-    /// Returns the sentence of a state, such as `a bolt is in a bolt hole`.
+    /// Returns the sentence of a state, such as `a cup is in a drawer`.
     ///
     /// # Panics
     /// If there is no such state.
@@ -125,7 +125,7 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns the sentence of an operator, such as `put a bolt in a bolt hole`.
+    /// Returns the sentence of an operator, such as `put a cup in a drawer`.
     pub fn operator_in_words<'d>(&'d self, operator: &RelationalOperator) -> Cow<'d, str> {
         match self.words.get(&operator.name) {
             Some(words) => words.into(),
@@ -133,7 +133,7 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns the statement that an object is in a state, such as `nut 0 is in the nut pocket`. `objects` are the names of
+    /// Returns the statement that an object is in a state, such as `cup 0 is in the drawer`. `objects` are the names of
     /// the scene's objects.
     ///
     /// # Panics
@@ -153,7 +153,7 @@ impl RelationalDomain {
         statement.about(&objects[object])
     }
 
-    /// Returns that so many objects are in a state, such as `2 nuts are in a nut pocket`.
+    /// Returns that so many objects are in a state, such as `2 cups are in a drawer`.
     ///
     /// # Panics
     /// If there is no such state.
@@ -322,7 +322,7 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns what a role of an operator is called, such as `the nut`, or `the moved block` where another role has the same
+    /// Returns what a role of an operator is called, such as `the cup`, or `the moved block` where another role has the same
     /// kind.
     fn role_in_words(&self, operator: &RelationalOperator, role: Role) -> String {
         let roles = [Role::Object, Role::Origin, Role::Target];
@@ -374,7 +374,7 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns the sentence of an action with its objects, such as `put bolt 0 in the nut`. `objects` are the names of the
+    /// Returns the sentence of an action with its objects, such as `put cup 0 in the drawer`. `objects` are the names of the
     /// moved object and of its target; `None` stands for any.
     pub fn move_in_words(
         &self,

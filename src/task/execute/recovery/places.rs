@@ -94,7 +94,7 @@ pub(in crate::task::execute) fn id(scene: &Sensed<'_>, part: usize) -> String {
     format!("{name}_{number}")
 }
 
-/// Returns the name of a part for people, such as `nut 0`, or `the nut` if it is the only one of its kind.
+/// Returns the name of a part for people, such as `cup 0`, or `the cup` if it is the only one of its kind.
 pub(in crate::task::execute) fn name(scene: &Sensed<'_>, part: usize) -> String {
     let all: Vec<String> = (0..scene.part_count()).map(|part| id(scene, part)).collect();
     let kind = |part: usize| scene.kind(part).map_or("part", |kind| &*kind.name);
