@@ -78,7 +78,7 @@ impl fmt::Display for InNoState {
         let Self { object, nearest, off, words, .. } = self;
         match words.is_empty() {
             true => write!(f, "{object} is in no state: nearest {nearest}, {off}"),
-            false => write!(f, "nearly so, but in no state: {words}, {off}"),
+            false => write!(f, "in no state: nearly \"{words}\", but {off}"),
         }
     }
 }

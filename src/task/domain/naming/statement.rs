@@ -39,7 +39,7 @@ impl Statement {
 
     /// Returns whether the statement names an object of a kind as the reference.
     pub fn names(&self, kind: Option<&str>) -> bool {
-        kind.is_some_and(|kind| places(self.rest(), kind).next().is_some())
+        kind.is_some_and(|kind| references(self.rest(), kind).next().is_some())
     }
 
     /// Returns the statement about the object of this name.
@@ -127,8 +127,17 @@ pub(crate) fn with_object(sentence: &str, kind: &str, by: &str) -> String {
 
 /// Puts `by` in the place of the last `a KIND` of a sentence; returns `None` if there is none.
 pub(super) fn with_reference(sentence: &str, kind: &str, by: &str) -> Option<String> {
-    let (from, to) = places(sentence, kind).last()?;
+    let (from, to) = references(sentence, kind).last()?;
     Some(format!("{}{by}{}", &sentence[..from], &sentence[to..]))
+}
+
+/// Returns where `a KIND` stands and no further noun follows: `a cup` is no reference in "on a cup rack".
+fn references(sentence: &str, kind: &str) -> impl Iterator<Item = (usize, usize)> {
+    let ends = |rest: &str| {
+        rest.is_empty()
+            || [",", ".", " (", " that ", " is "].iter().any(|end| rest.starts_with(end))
+    };
+    places(sentence, kind).filter(move |(_, to)| ends(&sentence[*to..]))
 }
 
 /// Returns where `a KIND` stands as whole words.

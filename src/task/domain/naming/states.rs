@@ -152,7 +152,6 @@ enum Way {
 }
 
 /// What is said of a state.
-#[derive(Clone)]
 pub(super) struct Described {
     symbol: String,
     /// What follows "a KIND is".
