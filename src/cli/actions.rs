@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use symbolt::task::TaskError;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{Move, Problem};
-use symbolt::task::domain::Situation;
+use symbolt::task::domain::{RelationalDomain, Situation};
 
 use super::end::Outcome;
 use super::look::{look, loose, position, read, target_json};
@@ -42,15 +42,18 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
     // Which moves are allowed does not depend on the goal.
     let problem = Problem::with_goals(&domain, &layout, Vec::new()).map_err(TaskError::from)?;
     let moves = problem.moves(&situation);
+    let names = layout.object_names();
     let text = if args.common.json {
-        let lines = moves.iter().map(|m| move_json(&problem, m, &layout, &situation).to_string());
+        let lines = moves.iter().map(|m| {
+            let mut line = move_json(&problem, m, &layout, &situation);
+            line["words"] = json!(words(&domain, m, &names));
+            line.to_string()
+        });
         lines.collect::<Vec<_>>().join("\n")
     } else {
-        let mut grid = Grid::new(&["action", "object", "onto", "target m", "still open"]);
+        let mut grid = Grid::new(&["action", "target m", "still open"]);
         for m in &moves {
-            let mut row = vec![domain.operators[m.operator].name.clone()];
-            row.push(layout.objects[m.object].id.to_string());
-            row.push(onto(m, &layout).unwrap_or("-").into());
+            let mut row = vec![words(&domain, m, &names)];
             row.push(position(&problem.target(m, &layout)));
             row.push(problem.open_needs(m, &situation).join(", "));
             grid.row(row);
@@ -67,6 +70,12 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
         text
     };
     out.write(&text)
+}
+
+/// Returns a move as a sentence. `names` are the names of the scene's objects.
+fn words(domain: &RelationalDomain, m: &Move, names: &[String]) -> String {
+    let target = m.reference.map(|r| names[r].as_str());
+    domain.move_in_words(&domain.operators[m.operator], Some(&names[m.object]), target)
 }
 
 fn onto<'l>(m: &Move, layout: &'l Layout) -> Option<&'l str> {

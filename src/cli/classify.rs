@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use symbolt::files::Limit;
 use symbolt::task::classify::{Classifier, Layout, Located};
-use symbolt::task::domain::{RelationalDomain, SubKinds};
+use symbolt::task::domain::{Fact, RelationalDomain, SubKinds};
 use symbolt::task::event::InNoState;
 use symbolt::task::{ObjectPose, Recording, Snapshot};
 
@@ -43,6 +43,8 @@ struct Row<'a> {
     object: &'a ObjectPose,
     located: &'a Located,
     state: Option<&'a str>,
+    /// The statement that the object is in the state.
+    words: Option<String>,
     /// The nearest state of a part in no state.
     miss: Option<InNoState>,
     /// Id of the reference; `None` in the world frame and for an object in no state.
@@ -75,7 +77,7 @@ fn json(row: &Row<'_>) -> Value {
     let (demo, snapshot) = row.place.unzip();
     let mut keys = json!({
         "demo": demo, "snapshot": snapshot, "id": row.object.id, "kind": row.object.kind,
-        "state": row.state, "distance": row.located.distance, "reference": row.reference,
+        "state": row.state, "words": row.words, "distance": row.located.distance, "reference": row.reference,
         "place": row.located.fact.map(|fact| fact.place), "ambiguous": row.located.ambiguous,
     });
     if let Some(miss) = &row.miss {
@@ -126,7 +128,10 @@ impl Found<'_> {
                     Some(layout) => self.classifier.classify_after(layout, scene),
                     None => self.classifier.classify(scene),
                 };
-                for (object, located) in layout.objects.iter().zip(&layout.located) {
+                let names = layout.object_names();
+                let all = layout.objects.iter().zip(&layout.located).enumerate();
+                for (index, (object, located)) in all {
+                    let in_words = |fact: &Fact| self.domain.fact_in_words(fact, index, &names);
                     let reference = located.fact.and_then(|fact| fact.reference);
                     let name = |state: usize| &*self.domain.states[state].name;
                     each(&Row {
@@ -134,8 +139,10 @@ impl Found<'_> {
                         object,
                         located,
                         state: located.fact.map(|fact| name(fact.state)),
+                        words: located.fact.as_ref().map(in_words),
                         miss: located.miss.map(|miss| {
-                            InNoState::new(&object.id, name(miss.nearest.state), &miss.offset)
+                            let (nearest, words) = (miss.nearest, in_words(&miss.nearest));
+                            InNoState::new(&object.id, name(nearest.state), &miss.offset, words)
                         }),
                         reference: reference.map(|r| &*layout.objects[r].id),
                     })?;
@@ -147,20 +154,11 @@ impl Found<'_> {
     }
 
     fn table(&self) -> Grid {
-        let mut grid = Grid::new(&[
-            ">demo",
-            ">snapshot",
-            "id",
-            "kind",
-            "state",
-            "reference",
-            ">distance",
-            "nearest state",
-        ]);
-        let (mut references, mut missed) = (false, false);
+        let mut grid =
+            Grid::new(&[">demo", ">snapshot", "id", "kind", "state", ">distance", "nearest state"]);
+        let mut missed = false;
         let text = |shown: Option<String>| shown.unwrap_or_else(|| "-".into());
         let _ = self.rows(|row| {
-            references |= row.reference.is_some();
             missed |= row.miss.is_some();
             let (demo, snapshot) = row.place.unzip();
             let mark = if row.located.ambiguous { " (or another)" } else { "" };
@@ -169,18 +167,15 @@ impl Found<'_> {
                 text(snapshot.map(|n| n.to_string())),
                 row.object.id.to_string(),
                 row.object.kind.to_string(),
-                row.state.unwrap_or("none").into(),
-                text(row.reference.map(|r| format!("{r}{mark}"))),
+                row.words.as_ref().map_or_else(|| "none".into(), |words| format!("{words}{mark}")),
                 text(row.located.distance.map(|d| format!("{d:.3}"))),
-                text(row.miss.as_ref().map(|miss| format!("{}: {}", miss.nearest, miss.off))),
+                text(row.miss.as_ref().map(|miss| format!("{}: {}", miss.words, miss.off))),
             ]);
             Ok(())
         });
-        // Columns that are the same for all rows would only take room.
-        for (head, shown) in [("reference", references), ("nearest state", missed)] {
-            if !shown {
-                grid.leave_out(head);
-            }
+        // A column that is the same for all rows would only take room.
+        if !missed {
+            grid.leave_out("nearest state");
         }
         grid
     }

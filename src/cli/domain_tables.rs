@@ -31,6 +31,14 @@ pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
             format!("{also} divides `{kind}` in the same way; more demonstrations would tell.");
         let _ = writeln!(text, "{}\n", wrapped(&note, 0));
     }
+    let states = domain.states.iter().enumerate();
+    let states = states.map(|(i, state)| (&state.name, domain.state_in_words(i)));
+    let operators = domain.operators.iter().map(|o| (&o.name, domain.operator_in_words(o)));
+    let mut grid = Grid::new(&["name", "in words"]);
+    states.chain(operators).for_each(|(name, words)| grid.row([name.clone(), words.into_owned()]));
+    if !grid.is_empty() {
+        section(&mut text, NAMES, &grid);
+    }
     let title =
         format!("{}, positions in metres in their frame", counted(domain.states.len(), "state"));
     section(&mut text, &title, &state_table(domain));
@@ -68,8 +76,9 @@ pub(crate) fn other_goals(domain: &RelationalDomain) -> Option<String> {
     let shown = |state: &usize| {
         let own = domain.operators.iter().filter(|o| o.to == *state);
         format!(
-            "{} ({} times)",
+            "{} ({}, {} times)",
             domain.states[*state].name,
+            domain.state_in_words(*state),
             own.map(|o| o.instances).sum::<usize>()
         )
     };
@@ -82,6 +91,9 @@ pub(crate) fn other_goals(domain: &RelationalDomain) -> Option<String> {
         )
     })
 }
+
+/// The title of the names.
+const NAMES: &str = "Names of states and actions (`symbolt rename` changes both columns)";
 
 /// The title of the conditions.
 const NEEDS: &str = "Conditions before each action (undecided ones are kept where possible)";
@@ -146,10 +158,7 @@ fn action_table(domain: &RelationalDomain) -> Grid {
     let mut grid = Grid::new(&["action", "from", "to", ">instances"]);
     for operator in &domain.operators {
         let from = domain.names(&operator.from).join(" or ");
-        let mut to = domain.states[operator.to].name.clone();
-        if let Some(kind) = domain.role_kind(operator, Role::Target) {
-            let _ = write!(to, " {}", unbroken(&format!("of a {kind}")));
-        }
+        let to = domain.states[operator.to].name.clone();
         grid.row([operator.name.clone(), from, to, operator.instances.to_string()]);
     }
     grid
@@ -203,10 +212,11 @@ fn change_table(domain: &RelationalDomain) -> Grid {
 /// Returns the keys of `symbolt learn --json` that describe a domain.
 pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
     keys(json!({
-        "states": domain.states.iter().map(state).collect::<Vec<_>>(),
+        "states": domain.states.iter().map(|s| state(domain, s)).collect::<Vec<_>>(),
         "operators": domain.operators.iter().map(|o| action(domain, o)).collect::<Vec<_>>(),
         "goals": domain.goals.iter().map(|g| term(domain, g)).collect::<Vec<_>>(),
         "other_goals": domain.names(&domain.other_goals()),
+        "goal_words": domain.goals_in_words(),
         "goal": domain.goals.last().map(|goal| &domain.states[goal.state].name),
         "noise_m": domain.noise_m,
         "noise_rad": domain.noise_rad,
@@ -214,11 +224,12 @@ pub(crate) fn summary(domain: &RelationalDomain) -> Map<String, Value> {
     }))
 }
 
-fn state(state: &FrameState) -> Value {
+fn state(domain: &RelationalDomain, state: &FrameState) -> Value {
     let first = state.places.first();
     let places: Vec<Value> = state.places.iter().map(place).collect();
     json!({
-        "name": state.name, "kind": state.kind, "count": state.count,
+        "name": state.name, "words": domain.in_words(&state.name),
+        "kind": state.kind, "count": state.count,
         "distinct": state.places.iter().map(|p| p.count).sum::<usize>(), "origin": state.origin,
         "position": first.map(|p| p.pose().position),
         "orientation": first.map(|p| p.orientation),
@@ -283,6 +294,7 @@ fn action(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
         .collect();
     json!({
         "name": operator.name,
+        "words": domain.operator_in_words(operator),
         "preconditions": with(NeedVerdict::Required, from),
         "effects": effects,
         "absent": with(NeedVerdict::Absent, Vec::new()),

@@ -65,6 +65,7 @@ pub(crate) fn look(
         let doubts = doubts(&Recording::of_scene(scene.clone()));
         doubts.iter().for_each(|doubt| warn(&doubt.to_string()));
     }
+    let names = layout.object_names();
     for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
         let Some(fact) = located.fact else { continue };
         let Some(reference) = fact.reference else { continue };
@@ -74,15 +75,11 @@ pub(crate) fn look(
         others.objects.remove(reference);
         let own = if reference < index { index - 1 } else { index };
         let other = classifier.classify_object(&others, own).fact.and_then(|fact| fact.reference);
-        let id = |index: usize| layout.objects[index].id.to_string();
-        let other =
-            other.map_or_else(|| "another one".into(), |o| format!("`{}`", others.objects[o].id));
-        let (object, state) = (id(index), &domain.states[fact.state].name);
-        warn(&format!(
-            "`{object}` is {state} of `{}` and of {other}, which are equally near; `{}` is taken",
-            id(reference),
-            id(reference)
-        ));
+        let other = other.and_then(|o| layout.object(&others.objects[o].id));
+        let other = other.map_or("another one", |o| &names[o]);
+        let words = domain.fact_in_words(&fact, index, &names);
+        let taken = &names[reference];
+        warn(&format!("{words}, or at {other}, which is equally near; {taken} is taken"));
     }
     Ok(layout)
 }
@@ -127,13 +124,14 @@ pub(crate) fn loose(domain: &RelationalDomain, layout: &Layout) -> Option<String
 /// Returns the objects in no state whose kind has states, and by how much they miss the nearest.
 pub(crate) fn misses(domain: &RelationalDomain, layout: &Layout) -> Vec<String> {
     let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
-    let all = layout.objects.iter().zip(&layout.located);
-    let loose = all.filter(|(o, l)| l.fact.is_none() && known(&o.kind));
-    let loose = loose.map(|(o, l)| match l.miss {
-        None => o.id.to_string(),
+    let names = layout.object_names();
+    let all = layout.objects.iter().zip(&layout.located).enumerate();
+    let loose = all.filter(|(_, (o, l))| l.fact.is_none() && known(&o.kind));
+    let loose = loose.map(|(index, (_, l))| match l.miss {
+        None => names[index].clone(),
         Some(miss) => {
-            let nearest = &domain.states[miss.nearest.state].name;
-            format!("{} (nearest {nearest}, {})", o.id, miss.offset.in_words())
+            let nearest = domain.fact_in_words(&miss.nearest, index, &names);
+            format!("{} (nearest: {nearest}, {})", names[index], miss.offset.in_words())
         }
     });
     loose.collect()

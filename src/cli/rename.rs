@@ -1,8 +1,8 @@
-//! `symbolt rename`: your own names for learned states and actions.
+//! `symbolt rename`: your own names and sentences for learned states and actions.
 
 use std::path::PathBuf;
 
-use anyhow::{Error, bail};
+use anyhow::Error;
 use clap::Args;
 use serde_json::json;
 use symbolt::files::{Limit, Overwrite};
@@ -19,8 +19,12 @@ pub(crate) struct RenameArgs {
     /// Learned domain; - for standard input
     pub domain: PathBuf,
     /// Old and new name of a state or action
-    #[arg(required = true, value_name = "OLD=NEW")]
+    #[arg(required_unless_present = "words", value_name = "OLD=NEW")]
     pub names: Vec<String>,
+    /// Name of a state or action, and a new sentence for it, such as
+    /// "DRAWER_OPEN=a drawer is open"; before names are changed
+    #[arg(verbatim_doc_comment, long, value_name = "NAME=SENTENCE")]
+    pub words: Vec<String>,
     #[command(flatten)]
     pub common: Common,
     /// File to write; it must not exist; - for standard output
@@ -39,20 +43,25 @@ pub(crate) fn rename(args: &RenameArgs) -> Result<Outcome, Error> {
         None => Place::File(args.domain.clone(), Overwrite::Allowed),
         named => Place::checked(named.as_deref(), args.force)?,
     };
-    let mut renames = Vec::new();
-    for pair in &args.names {
-        let Some((old, new)) = pair.split_once('=') else {
-            bail!(BadArgument(format!("`{pair}` is not of the form OLD=NEW")));
-        };
-        renames.push((old.to_owned(), new.to_owned()));
-    }
+    let renames = pairs(&args.names, "OLD=NEW")?;
+    let sentences = pairs(&args.words, "NAME=SENTENCE")?;
     let domain = Given { path: &args.domain, takes: &[Kind::Domain] };
-    let domain = parsed(domain, Limit::DOMAIN, &[], RelationalDomain::parse)?.rename(&renames)?;
+    let domain = parsed(domain, Limit::DOMAIN, &[], RelationalDomain::parse)?;
+    let domain = domain.reword(&sentences)?.rename(&renames)?;
     out.write(&domain.to_json()?)?;
     // With the domain file, standard output holds nothing else.
     if !matches!(out, Place::Stdout) {
-        let json = || json!({"renamed": renames.len()});
+        let json = || json!({"renamed": renames.len(), "reworded": sentences.len()});
         answer_unless_quiet(&args.common, json, || domain_tables(&domain))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Splits arguments at their first `=`.
+fn pairs(all: &[String], form: &str) -> Result<Vec<(String, String)>, BadArgument> {
+    let pair = |text: &String| match text.split_once('=') {
+        Some((old, new)) => Ok((old.to_owned(), new.to_owned())),
+        None => Err(BadArgument(format!("`{text}` is not of the form {form}"))),
+    };
+    all.iter().map(pair).collect()
 }

@@ -14,15 +14,17 @@ pub(crate) struct ProgressLine<'p> {
     progress: &'p Progress,
     /// The running demonstration or episode, such as `episode 2 of 5`.
     name: String,
-    /// The action printed last.
-    action: Option<String>,
+    /// What was decided last, in words.
+    decided: Option<String>,
+    /// Whether this was printed.
+    told: bool,
     /// The time of the last change on a terminal.
     shown: Instant,
 }
 
 impl<'p> ProgressLine<'p> {
     pub fn new(progress: &'p Progress) -> Self {
-        Self { progress, name: String::new(), action: None, shown: Instant::now() }
+        Self { progress, name: String::new(), decided: None, told: false, shown: Instant::now() }
     }
 
     /// Makes a line for the episode of this name.
@@ -31,9 +33,9 @@ impl<'p> ProgressLine<'p> {
     }
 
     /// Changes the line on a terminal, at most once per [`PERIOD`].
-    fn show(&mut self, what: impl FnOnce(&str) -> String) {
+    fn show(&mut self, what: impl FnOnce(&Self) -> String) {
         if self.progress.lively() && self.shown.elapsed() >= PERIOD {
-            self.progress.show(what(&self.name));
+            self.progress.show(what(self));
             self.shown = Instant::now();
         }
     }
@@ -56,25 +58,26 @@ impl Observer for ProgressLine<'_> {
                 self.progress.say(&self.name);
             }
             Event::EpisodeBegan { .. } => self.progress.say(&self.name),
-            Event::Decided(_) => self.action = None,
+            Event::Decided(decided) => (self.decided, self.told) = (decided.done_in_words(), false),
             Event::Ticked { view, doing } => {
                 let time_s = view.time().as_millis_f64() / 1e3;
-                if let Doing::Acting(action) = doing
-                    && self.action.as_deref() != Some(action)
-                {
-                    self.progress.say(format!("{}: {time_s:.2} s: {action}", self.name));
-                    self.action = Some((*action).into());
+                let acting = matches!(doing, Doing::Acting(_));
+                if let Some(decided) = self.decided.as_ref().filter(|_| acting && !self.told) {
+                    self.progress.say(format!("{}: {time_s:.2} s: {decided}", self.name));
+                    self.told = true;
                 }
-                let what = match doing {
-                    Doing::Looking => "looking",
-                    Doing::Deciding => "deciding",
-                    Doing::Acting(action) => action,
-                    Doing::Over => "over",
-                };
-                self.show(|name| format!("{name}, {time_s:.1} simulated s: {what}"));
+                self.show(|own| {
+                    let what = match doing {
+                        Doing::Looking => "looking",
+                        Doing::Deciding => "deciding",
+                        Doing::Acting(action) => own.decided.as_deref().unwrap_or(action),
+                        Doing::Over => "over",
+                    };
+                    format!("{}, {time_s:.1} simulated s: {what}", own.name)
+                });
             }
             Event::Stepped { time_s } => {
-                self.show(|name| format!("{name}, {time_s:.1} simulated s"));
+                self.show(|own| format!("{}, {time_s:.1} simulated s", own.name));
             }
             Event::Warned(warning) => self.progress.say(format!("warning: {warning}")),
             _ => {}

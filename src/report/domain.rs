@@ -8,18 +8,18 @@ use crate::task::domain::{
 
 /// Returns a domain as the page reads it: tables in words, and the ellipsoids of the 3-D view.
 pub(super) fn to_page(domain: &RelationalDomain) -> Value {
-    let goals: Vec<String> = domain.goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     json!({
         "framed": true,
         "provenance": domain.provenance,
-        "goal": goals.join(", "),
-        "states": domain.states.iter().map(state).collect::<Vec<_>>(),
+        "goal": domain.goals_in_words().unwrap_or_default(),
+        "words": domain.words,
+        "states": domain.states.iter().map(|s| state(domain, s)).collect::<Vec<_>>(),
         "operators": domain.operators.iter().map(|o| operator(domain, o)).collect::<Vec<_>>(),
         "drawn": (0..domain.states.len()).flat_map(|state| drawn(domain, state)).collect::<Vec<_>>(),
     })
 }
 
-fn state(state: &FrameState) -> Value {
+fn state(domain: &RelationalDomain, state: &FrameState) -> Value {
     // Adding 0 leaves no minus before a zero.
     let mm = |metres: f64| format!("{:.1}", (metres * 1e4).round() / 10.0 + 0.0);
     let places = state.places.iter().map(|place| {
@@ -34,7 +34,7 @@ fn state(state: &FrameState) -> Value {
         json!({"position": position.join(", "), "spread": spread.join(", ")})
     });
     json!({
-        "name": state.name, "kind": state.kind, "frame": state.frame.name(), "count": state.count,
+        "name": state.name, "words": domain.in_words(&state.name), "kind": state.kind, "frame": state.frame.name(), "count": state.count,
         "origin": state.origin, "orientation": state.turn_in_words(),
         "places": places.collect::<Vec<_>>(),
     })
@@ -80,7 +80,7 @@ fn operator(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
     };
     let from = domain.names(&operator.from);
     json!({
-        "name": operator.name, "kind": domain.states[operator.to].kind, "from": from, "to": to,
+        "name": operator.name, "words": domain.operator_in_words(operator), "kind": domain.states[operator.to].kind, "from": from, "to": to,
         "target": target, "instances": operator.instances,
         "preconditions": names(NeedVerdict::Required), "absent": names(NeedVerdict::Absent),
         "effects": [to], "conditions": conditions.collect::<Vec<_>>(),

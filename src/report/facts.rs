@@ -1,5 +1,6 @@
 //! `run.json`: the settings and results of a run, without anything that differs between machines.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -8,6 +9,8 @@ use serde_json::{Map, Value};
 use crate::robot::scene::SceneSpec;
 use crate::sim::Seed;
 use crate::task::TaskError;
+use crate::task::compile::GroundProblem;
+use crate::task::domain::RelationalDomain;
 use crate::task::execute::ActivityRecorder;
 use crate::task::planner::Shows;
 use crate::task::tasks::file::DataTask;
@@ -29,6 +32,9 @@ pub struct RunFacts {
     pub seed: u64,
     /// Goal state of the episodes.
     pub goal: String,
+    /// The goal in words.
+    #[serde(default)]
+    pub goal_words: String,
     /// Mode of the graph's layers: `direct`, `rate` or `lif`.
     pub mode: String,
     /// Settings of the planner by name.
@@ -53,6 +59,13 @@ pub struct RunFacts {
     pub modules: Vec<ModuleFacts>,
     /// Populations whose spikes are in `arrays.npz`, in the order of their rows.
     pub populations: Vec<PopulationFacts>,
+    /// Sentences by symbol: of the states and actions of the domain, of the facts and actions of the planner in any episode,
+    /// and of the columns of modules; and the names of objects by id. Older files have none.
+    #[serde(default)]
+    pub words: BTreeMap<String, String>,
+    /// Symbols of the facts that only the planner needs.
+    #[serde(default)]
+    pub planner_only: BTreeSet<String>,
 }
 
 /// An episode whose frames are in `arrays.npz`, beside the recorded one.
@@ -87,6 +100,54 @@ pub struct PopulationFacts {
     pub rows: usize,
     /// Number of its neurons.
     pub neurons: usize,
+}
+
+/// The sentences of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RunWords {
+    /// Sentences by symbol, and names of objects by id, as in [`RunFacts::words`].
+    pub words: BTreeMap<String, String>,
+    /// Symbols of the facts that only the planner needs.
+    pub planner_only: BTreeSet<String>,
+}
+
+impl RunWords {
+    /// Returns the sentence of a symbol; the symbol itself if it has none.
+    pub fn of_symbol<'w>(&'w self, symbol: &'w str) -> &'w str {
+        self.words.get(symbol).map_or(symbol, String::as_str)
+    }
+
+    /// Collects the sentences of a domain, of the planner in all episodes, and of the columns of modules. Where a later problem
+    /// knows more objects, its sentences replace the earlier.
+    pub fn of<'g>(
+        domain: &RelationalDomain,
+        grounds: impl IntoIterator<Item = &'g GroundProblem>,
+        activity: &ActivityRecorder,
+    ) -> Self {
+        let columns = activity.modules().iter().flat_map(|module| &module.names);
+        let columns: BTreeSet<&str> = columns.map(String::as_str).collect();
+        let mut all = Self { words: domain.words.clone(), ..Self::default() };
+        for ground in grounds {
+            let own = |(key, words): (&str, &str)| (key.to_owned(), words.to_owned());
+            let known = ground.domain();
+            for fact in known.state_ids() {
+                let (name, words) = (&known[fact].name, ground.fact_in_words(fact));
+                all.words.insert(name.clone(), words.to_owned());
+                // The columns of some modules are facts that do not hold.
+                let not = format!("not {name}");
+                if columns.contains(&*not) {
+                    all.words.insert(not, format!("not so: {words}"));
+                }
+                if ground.is_planner_only(fact) {
+                    all.planner_only.insert(name.clone());
+                }
+            }
+            let actions = known.action_ids();
+            let actions = actions.map(|a| own((&known[a].name, ground.action_in_words(a))));
+            all.words.extend(actions.chain(ground.object_names().map(own)));
+        }
+        all
+    }
 }
 
 fn default_task() -> String {

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 pub use arrays::Arrays;
-pub use facts::{Filmed, ModuleFacts, PopulationFacts, RunFacts};
+pub use facts::{Filmed, ModuleFacts, PopulationFacts, RunFacts, RunWords};
 pub use imported::import_page;
 pub use page::TITLE;
 

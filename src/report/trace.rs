@@ -21,6 +21,9 @@ pub struct End {
     pub solved: bool,
     /// Simulated time of the end, in seconds.
     pub simulated_s: f64,
+    /// Reason in words; empty in older traces.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub words: String,
     /// Ids of the parts that fell off the table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<String>,
@@ -86,9 +89,9 @@ impl Observer for Tracer {
                     let line = Line { decision: Some(decision.clone()), ..own.clone() };
                     put(&mut self.decisions, &line);
                 }
-                let EpisodeReport { ended, solved, simulated_s, lost, .. } = report;
-                let (ended, lost) = (ended.clone(), lost.clone());
-                let end = End { ended, solved: *solved, simulated_s: *simulated_s, lost };
+                let EpisodeReport { ended, ended_words, solved, simulated_s, lost, .. } = report;
+                let (ended, words, lost) = (ended.clone(), ended_words.clone(), lost.clone());
+                let end = End { ended, words, solved: *solved, simulated_s: *simulated_s, lost };
                 put(&mut self.end, &Line { end: Some(end), ..own });
             }
             _ => {}

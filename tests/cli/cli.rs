@@ -276,7 +276,7 @@ fn a_folder_that_no_run_wrote_is_kept_unless_forced() {
     let many = ["--demos", "1", "--episodes", "2", "--nuts", "2", "--bolts", "2"];
     let more = ["--drop-rate", "0.5", "--force", "--quiet", "--method", "paper"];
     let ran = run(path, &[&many[..], &more].concat());
-    assert!(ran.out.contains("2 episodes towards"), "{} {}", ran.out, ran.err);
+    assert!(ran.out.contains("2 episodes. Their goal: "), "{} {}", ran.out, ran.err);
     assert!(ran.out.contains("re-planned after"), "{}", ran.out);
     fits(&ran.out, &names(&out.join("domain.json")));
     assert_eq!(std::fs::read_to_string(out.join("index.html")).expect("there"), "mine");
@@ -591,6 +591,12 @@ fn rename_and_check_serve_a_person() {
     ok(folder.path(), &["rename", "named.json", "NUT_ON_TABLE=NUT_FREE", "--quiet"]);
     let named = std::fs::read_to_string(folder.path().join("named.json")).expect("there");
     assert!(named.contains("NUT_FREE") && !named.contains("NUT_ON_TABLE"));
+    // The sentence stays unless it is changed, too.
+    assert!(named.contains("a nut is in its start area"));
+    let reworded = ["rename", "named.json", "--words", "NUT_FREE=a nut lies about", "--quiet"];
+    ok(folder.path(), &reworded);
+    let shown = ok(folder.path(), &["plan", "named.json", "--scene", "scene.json", "--quiet"]);
+    assert!(shown.contains("a nut lies about"), "{shown}");
     let refused = run(folder.path(), &["rename", "named.json", "NUT_FREE"]);
     assert_eq!(refused.code, 2);
     assert!(refused.err.contains("`NUT_FREE` is not of the form OLD=NEW"));

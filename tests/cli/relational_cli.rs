@@ -122,7 +122,7 @@ fn learn_tells_frames_places_parameters_conditions_and_goals() {
     assert!(found["next_merge_m"].is_object() && found["threshold_m"].is_object());
 
     let text = ok(folder.path(), &["learn", "cups.jsonl", "--quiet"]);
-    for part in ["| plate |", "CUP_AT_PLATE of a plate", "CUP_AT_PLATE at each plate", "6 of 6"] {
+    for part in ["| plate |", "a cup is beside a plate", "a cup is beside each plate", "6 of 6"] {
         assert!(text.replace('\n', " ").contains(part), "{part} in {text}");
     }
     // The learner of the paper knows one frame only.
@@ -151,7 +151,7 @@ fn classify_tells_the_reference_and_keeps_states_along_a_demonstration() {
         plate["state"].is_null() && plate["distance"].is_null() && plate["reference"].is_null()
     );
     let table = ok(folder.path(), &["classify", "domain.json", "scene.json"]);
-    assert!(table.contains("CUP_AT_START") && !table.contains("reference"), "{table}");
+    assert!(table.contains("cup 0 is in its start area"), "{table}");
 }
 
 #[test]
@@ -181,9 +181,7 @@ fn plan_says_which_object_onto_what_and_the_target_pose() {
     assert_ne!(onto[0], onto[1], "a cup beside each plate");
 
     let text = ok(folder.path(), &["plan", "domain.json", "--scene", "scene.json"]);
-    for part in
-        ["do PUT_CUP_AT_PLATE with cup_", ", onto plate_", "Whole plan, then the goal is met"]
-    {
+    for part in ["put cup ", " beside plate ", "Whole plan, then the goal is met"] {
         assert!(text.replace("\n       ", " ").contains(part), "{part} in {text}");
     }
     // One plate is enough for a goal that the user names.
@@ -208,7 +206,7 @@ fn actions_lists_every_move_that_is_possible() {
         assert!(line["decided"].is_boolean());
     }
     let table = ok(folder.path(), &["actions", "domain.json", "--scene", "scene.json"]);
-    assert!(table.contains("plate_1") && table.contains("target"), "{table}");
+    assert!(table.contains("beside plate 1") && table.contains("target"), "{table}");
     // A file of an old version is converted.
     std::fs::write(folder.path().join("old.json"), include_str!("../fixtures/domain_v1.json"))
         .unwrap();
@@ -253,8 +251,8 @@ fn scenes_that_do_not_fit_get_one_clear_sentence() {
     let ran = run(path, &["plan", "domain.json", "--scene", "away.json", "--quiet"]);
     assert_eq!(ran.code, 1);
     let said = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
-    for cup in ["cup_0", "cup_1"] {
-        let sentence = format!("{cup} (nearest CUP_AT_START, 1970.0 mm too high)");
+    for cup in ["cup 0", "cup 1"] {
+        let sentence = format!("{cup} (nearest: {cup} is in its start area, 1970.0 mm too high)");
         assert!(said.contains("In no state: ") && said.contains(&sentence), "{}", ran.out);
     }
     let goal = ["--goal", "CUP_AT_START"];
@@ -279,7 +277,7 @@ fn scenes_that_do_not_fit_get_one_clear_sentence() {
     let ran = run(path, &["plan", "domain.json", "--scene", "between.json", "--quiet"]);
     assert!(
         ran.err.contains(
-            "`cup_0` is CUP_AT_PLATE of `plate_0` and of `plate_1`, which are equally near"
+            "cup 0 is beside plate 0, or at plate 1, which is equally near; plate 0 is taken"
         ),
         "{}",
         ran.err

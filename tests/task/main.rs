@@ -40,6 +40,7 @@ mod kinematics;
 mod learn_model;
 mod modes;
 mod moving;
+mod names;
 mod pddl;
 mod pddl_of_learned_domains;
 mod pddl_of_strangers;

@@ -168,7 +168,7 @@ fn what_is_not_seen_when_it_is_put_is_no_side_effect_of_the_next_move() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/learned/drawer_unseen.jsonl");
     let recording = Recording::read(&path).expect("a recording");
     let domain = learn(&recording, &Default::default()).expect("it can be learned").domain;
-    let drawers = domain.operators.iter().filter(|o| o.name.starts_with("PUT_DRAWER"));
+    let drawers = domain.operators.iter().filter(|o| domain.states[o.to].kind == "drawer");
     let (mut count, mut begun) = (0, Vec::new());
     for operator in drawers {
         count += 1;
@@ -274,9 +274,9 @@ fn a_move_shown_once_is_not_discarded_as_a_failed_attempt() {
     let (domain, plan) = shown("gate", 3);
     let once = domain.operators.iter().filter(|o| o.instances == 1).count();
     assert_eq!((domain.operators.len(), once), (2, 1));
-    assert_eq!(plan[0], "PUT_BUTTON_AT_START", "{plan:?}");
+    assert_eq!(plan[0], "PUT_BUTTON_AT_START_LOWER", "{plan:?}");
     // Where the gate is open, nobody presses the button.
-    assert_eq!(shown("gate", 0).1, ["PUT_BOX_PLACED"]);
+    assert_eq!(shown("gate", 0).1, ["PUT_DOWN_BOX"]);
 }
 
 #[test]

@@ -62,6 +62,7 @@ fn a_written_trace_reads_back_as_it_was_observed() {
         SkillReport { part: 1, outcome: SkillOutcome::Placed, picked: true, slip_m: 0.5e-3 };
     let recovery = || {
         Some(Recovery {
+            name: String::new(),
             kind: RecoveryKind::Clear,
             object: "block_0".into(),
             why: "it lies where block_1 is to be put".into(),
@@ -69,6 +70,7 @@ fn a_written_trace_reads_back_as_it_was_observed() {
         })
     };
     let decided = |begun, skill| Decided {
+        words: None,
         in_no_state: Vec::new(),
         asked_s: 1.0,
         took_ms: 12.0,
@@ -85,6 +87,7 @@ fn a_written_trace_reads_back_as_it_was_observed() {
     let touch = Touched { t: 1.5, part: 1, contact: true };
     let decisions = [decided(false, None), decided(true, Some(skill)), decided(true, None)];
     let report = EpisodeReport {
+        ended_words: String::new(),
         ended: Ended::GaveUp,
         solved: false,
         decisions: decisions.to_vec(),

@@ -13,7 +13,7 @@ use symbolt::doubt::Doubt;
 use symbolt::files::Limit;
 use symbolt::study::asking::{Question, ask};
 use symbolt::task::Recording;
-use symbolt::task::domain::KindClusters;
+use symbolt::task::domain::{KindClusters, RelationalDomain};
 use symbolt::task::learn::{
     AttemptOutcome, AttemptReport, Failure, LearnReport, Learned, Method, Settings, check_exponent,
     learn_attributed,
@@ -91,7 +91,7 @@ pub(crate) fn learn(args: &LearnArgs) -> Result<Outcome, Error> {
         let question = ask(&learned.domain, &recording, &[]);
         let json = || summary(&learned, question.as_ref(), &doubts);
         let text = || {
-            let asked = question.as_ref().map(question_text);
+            let asked = question.as_ref().map(|q| question_text(q, &learned.domain));
             tables(&learned) + &asked.unwrap_or_default()
         };
         answer(&args.common, json, text)?;
@@ -148,8 +148,10 @@ pub(crate) fn tables(learned: &Learned) -> String {
 const UNSURE: &str = "What one demonstration cannot decide (one with all objects elsewhere would)";
 
 /// Returns the question for a further demonstration.
-fn question_text(question: &Question) -> String {
-    let moves = question.moves.iter().map(|(action, object)| format!("{action} with {object}"));
+fn question_text(question: &Question, domain: &RelationalDomain) -> String {
+    let words = |action: &str| domain.in_words(action).into_owned();
+    let moves = question.moves.iter();
+    let moves = moves.map(|(action, object)| format!("{} ({object})", words(action)));
     let without = match &question.without[..] {
         [] => String::new(),
         ids => format!(" without {}", ids.join(" and ")),
@@ -161,7 +163,7 @@ fn question_text(question: &Question) -> String {
         moves.collect::<Vec<_>>().join(", then "),
     );
     let mut grid = Grid::new(&["action", "undecided condition"]);
-    question.decides.iter().for_each(|(action, need)| grid.row([action.clone(), need.clone()]));
+    question.decides.iter().for_each(|(action, need)| grid.row([words(action), need.clone()]));
     format!("{}\n\n{grid}\n", wrapped(&title, 0))
 }
 

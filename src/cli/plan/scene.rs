@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use symbolt::sim::few;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
-use symbolt::task::domain::RelationalDomain;
+use symbolt::task::domain::{RelationalDomain, RelationalOperator};
 use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
 use symbolt::task::{Domain, TaskError};
 
@@ -58,7 +58,7 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
                 true => String::new(),
                 false => format!("; in no state: {}", few(loose)),
             };
-            Outcome::Failed(format!("stuck: {}{why}", shown.for_people(reason)))
+            Outcome::Failed(format!("stuck: {reason}{why}"))
         }
         _ => Outcome::Done,
     })
@@ -110,12 +110,12 @@ struct Shown<'p> {
 
 impl Shown<'_> {
     /// Returns the undecided needs that the planner does without: the action and the condition.
-    fn dropped(&self) -> Vec<(&str, String)> {
+    fn dropped(&self) -> Vec<(&RelationalOperator, String)> {
         let dropped = self.plan.ground.iter().flat_map(GroundProblem::dropped);
         let dropped = dropped.filter_map(|(operator, need)| {
             let operator = self.domain.operators.get(*operator)?;
             let need = operator.needs.get(*need)?;
-            Some((operator.name.as_str(), self.domain.need_in_words(operator, need)))
+            Some((operator, self.domain.need_in_words(operator, need)))
         });
         dropped.collect()
     }
@@ -131,7 +131,7 @@ impl Shown<'_> {
         };
         let step = |step: &SceneMove| {
             json!({
-                "action": step.action, "object": *step.object,
+                "action": step.action, "words": step.words, "object": *step.object,
                 "onto": step.onto.as_deref(), "place": step.chosen.place,
                 "decided": step.decided, "ground_action": step.ground_action,
                 "decision_ms": step.decision.time_ms, "target": target_json(&step.target),
@@ -139,7 +139,7 @@ impl Shown<'_> {
         };
         let dropped = self.dropped().into_iter();
         let dropped =
-            dropped.map(|(action, condition)| json!({"action": action, "condition": condition}));
+            dropped.map(|(o, condition)| json!({"action": o.name, "condition": condition}));
         let decision = self.first.as_ref().map(|(_, decision)| decision);
         let choices = self.first.as_ref().map(|(domain, d)| choices_json(domain, d));
         let counted = match self.planner.kind() {
@@ -149,6 +149,7 @@ impl Shown<'_> {
         json!({
             "status": status,
             "action": next.map(|step| &step.action),
+            "words": next.map(|step| &step.words),
             "object": next.map(|step| &*step.object),
             "onto": next.and_then(|step| step.onto.as_deref()),
             "target": next.map(|step| target_json(&step.target)),
@@ -172,50 +173,29 @@ impl Shown<'_> {
     fn holds(&self) -> Vec<String> {
         let facts: Vec<usize> =
             self.layout.located.iter().filter_map(|l| Some(l.fact?.state)).collect();
-        let states = self.domain.states.iter().enumerate();
-        let holds = states.filter_map(|(index, state)| {
+        let holds = (0..self.domain.states.len()).filter_map(|index| {
             match facts.iter().filter(|fact| **fact == index).count() {
                 0 => None,
-                1 => Some(state.name.clone()),
-                count => Some(format!("{} x{count}", state.name)),
+                count => Some(self.domain.count_in_words(index, count)),
             }
         });
         let holds: Vec<String> = holds.collect();
         if holds.is_empty() { vec!["nothing".into()] } else { holds }
     }
 
-    /// Returns a text in which facts and actions of the planner are in people's words.
-    fn for_people(&self, text: &str) -> String {
-        let Some(ground) = &self.plan.ground else { return text.to_owned() };
-        let domain = ground.domain();
-        let word = |word: &str| {
-            let fact = domain.state_ids().find(|fact| domain[*fact].name == word);
-            let action = domain.action_ids().find(|action| domain[*action].name == word);
-            match (fact, action) {
-                (Some(fact), _) => ground.in_words(fact, self.domain, self.layout),
-                (_, Some(action)) => self.domain.operators[ground.operator(action)].name.clone(),
-                _ => word.to_owned(),
-            }
-        };
-        let ends = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
-        text.split_inclusive(ends).fold(String::new(), |shown, part| {
-            let name = part.trim_end_matches(ends);
-            shown + &word(name) + &part[name.len()..]
-        })
+    /// Returns the sentence of a fact or an action of the planner, or of an operator; other text as it is.
+    fn for_people(&self, symbol: &str) -> String {
+        let ground = self.plan.ground.as_ref().and_then(|ground| ground.in_words(symbol));
+        ground.map_or_else(|| self.domain.in_words(symbol).into_owned(), str::to_owned)
     }
 
     fn next(&self) -> String {
         let mut next = match self.plan.moves.first() {
             Some(step) => {
-                let mut text = format!("do {} with {}", step.action, step.object);
-                if let Some(onto) = &step.onto {
-                    let _ = write!(text, ", onto {onto}");
-                }
                 let at = unbroken(&format!("({})", position(&step.target)));
-                let _ = write!(text, ", at {at}");
-                text
+                format!("{}, at {at}", step.words)
             }
-            None => self.for_people(&end_text(&self.plan.end)),
+            None => end_text(&self.plan.end),
         };
         if let Some((_, decision)) = &self.first {
             let after = counted(decision.questions as usize, self.planner.counts()[0]);
@@ -231,14 +211,12 @@ impl Shown<'_> {
         let _ = writeln!(text, "{}", listed("Goal:  ", &self.words));
         let _ = writeln!(text, "{}\n", wrapped(&(unbroken("Next:  ") + &self.next()), 7));
         if !self.plan.moves.is_empty() {
-            let mut grid = Grid::new(&[">step", "action", "object", "onto", ">decided in ms"]);
+            let mut grid = Grid::new(&[">step", "action", ">decided in ms"]);
             for (index, step) in self.plan.moves.iter().enumerate() {
-                let onto = step.onto.as_deref().unwrap_or("-").to_owned();
                 let ms = format!("{:.0}", step.decision.time_ms);
-                let number = (index + 1).to_string();
-                grid.row([number, step.action.clone(), step.object.to_string(), onto, ms]);
+                grid.row([(index + 1).to_string(), step.words.clone(), ms]);
             }
-            let end = self.for_people(&end_text(&self.plan.end));
+            let end = end_text(&self.plan.end);
             let title = format!("Whole plan, then {end}:");
             let _ = writeln!(text, "{}\n\n{grid}", wrapped(&title, 0));
         }
@@ -246,7 +224,7 @@ impl Shown<'_> {
         if !dropped.is_empty() {
             let mut grid = Grid::new(&["action", "undecided condition that is done without"]);
             for (action, condition) in dropped {
-                grid.row([action.to_owned(), condition]);
+                grid.row([self.domain.operator_in_words(action).into_owned(), condition]);
             }
             let _ = writeln!(text, "Conditions that cannot all be met in this scene:\n\n{grid}");
         }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
-use symbolt::report::{Filmed, RunFacts};
+use symbolt::report::{Filmed, RunFacts, RunWords};
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
 use symbolt::study::statistics::FEW_TRIALS;
@@ -35,6 +35,7 @@ pub(crate) struct Figures<'r> {
     pub physics_s: f64,
     /// Number of actions in the plan for the recorded episode.
     pub least: usize,
+    pub words: RunWords,
 }
 
 impl Figures<'_> {
@@ -61,7 +62,8 @@ impl Figures<'_> {
             symbolt: env!("CARGO_PKG_VERSION").into(),
             command: args.command(),
             seed: args.common.seed,
-            goal: self.learned.domain.goals_in_words().unwrap_or_default(),
+            goal: self.learned.domain.goals_in_symbols(),
+            goal_words: self.learned.domain.goals_in_words().unwrap_or_default(),
             mode: args.planner.mode.clone(),
             planner: json!({
                 "name": args.planner.kind().name(),
@@ -79,6 +81,8 @@ impl Figures<'_> {
             summary: self.figures_json(args),
             modules,
             populations,
+            words: self.words.words.clone(),
+            planner_only: self.words.planner_only.clone(),
         }
     }
 
@@ -98,7 +102,8 @@ impl Figures<'_> {
         let failures =
             tally.failures.iter().map(|(e, _)| json!({"episode": e, "reason": self.reason(*e)}));
         let replans = tally.failed_skills.iter().map(|((action, outcome), times)| {
-            json!({"action": action, "outcome": outcome, "times": times})
+            let words = self.words.of_symbol(action);
+            json!({"action": action, "words": words, "outcome": outcome, "times": times})
         });
         let method = METHODS.iter().find(|(_, method)| *method == args.method);
         keys(json!({
@@ -149,7 +154,7 @@ impl Figures<'_> {
         );
         text += &tables(self.learned);
         if let [report] = self.reports {
-            let title = wrapped(&format!("One episode towards {goal}:"), 0);
+            let title = wrapped(&format!("One episode. Its goal: {goal}."), 0);
             let _ = writeln!(text, "{title}\n\n{}", steps(report));
             for line in in_no_state(report) {
                 let _ = writeln!(text, "{}", wrapped(&line, 2));
@@ -158,7 +163,7 @@ impl Figures<'_> {
             text += &recoveries(report);
         } else {
             let episodes = counted(self.reports.len(), "episode");
-            let _ = writeln!(text, "{}\n", wrapped(&format!("{episodes} towards {goal}:"), 0));
+            let _ = writeln!(text, "{}\n", wrapped(&format!("{episodes}. Their goal: {goal}."), 0));
         }
         text += &self.figures(total_s).to_string();
         text.push('\n');
@@ -172,7 +177,8 @@ impl Figures<'_> {
         if !tally.failed_skills.is_empty() {
             let mut grid = Grid::new(&["re-planned after", "outcome", ">times"]);
             for ((action, outcome), times) in &tally.failed_skills {
-                grid.row([action.clone(), outcome.clone(), times.to_string()]);
+                let words = self.words.of_symbol(action).to_owned();
+                grid.row([words, outcome.clone(), times.to_string()]);
             }
             let _ = writeln!(text, "{grid}");
         }
@@ -293,7 +299,7 @@ fn in_no_state(report: &EpisodeReport) -> Vec<String> {
 
 /// Returns the decisions of one episode and their outcomes.
 fn steps(report: &EpisodeReport) -> Grid {
-    let mut grid = Grid::new(&["#", ">at s", "decided", "object", "onto", ">ms", "outcome"]);
+    let mut grid = Grid::new(&["#", ">at s", "decided", ">ms", "outcome"]);
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
@@ -304,16 +310,8 @@ fn steps(report: &EpisodeReport) -> Grid {
             (None, Ended::GoalMet) => unbroken("goal met"),
             (None, _) => "stuck".to_owned(),
         };
-        let action = || decision.action.clone().unwrap_or_else(|| "-".into());
         let mut row = vec![(index + 1).to_string(), format!("{:.2}", decision.asked_s)];
-        let chosen = decision.chosen.as_ref();
-        let none = || "-".to_owned();
-        let detour = decision.recovery.as_ref().filter(|r| r.kind.is_detour());
-        let skill = || detour.map_or_else(action, |r| r.kind.name().to_owned());
-        row.push(chosen.map_or_else(skill, |c| c.operator.clone()));
-        let handled = || detour.map_or_else(none, |r| r.object.clone());
-        row.push(chosen.map_or_else(handled, |c| c.object.clone()));
-        row.push(chosen.and_then(|c| c.reference.clone()).unwrap_or_else(none));
+        row.push(decision.done_in_words().unwrap_or_else(|| "-".into()));
         row.extend([format!("{:.0}", decision.took_ms), outcome]);
         grid.row(row);
     }

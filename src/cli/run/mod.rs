@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde_json::json;
 use symbolt::files::{Overwrite, write_atomic};
 use symbolt::report::trace::Tracer;
-use symbolt::report::{Arrays, Filmed};
+use symbolt::report::{Arrays, Filmed, RunWords};
 use symbolt::robot::scene::{Scene, SceneFrame};
 use symbolt::sim::{InterventionLog, LiveError, LogError, Seed};
 use symbolt::study::Tally;
@@ -29,7 +29,7 @@ use symbolt::task::execute::{
 };
 use symbolt::task::learn::{Learned, Settings, learn_observed};
 use symbolt::task::planner::PlannerBuild;
-use symbolt::task::{Domain, Recorder, Snapshot, TaskError};
+use symbolt::task::{Recorder, Snapshot, TaskError};
 
 pub(super) use self::args::{RunArgs, ViewArgs};
 use self::figures::Figures;
@@ -84,6 +84,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     }
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.episode.report.clone()).collect();
+    let grounds = episodes.iter().flat_map(|e| &e.episode.grounds).map(|ground| &**ground);
+    let words = RunWords::of(&learned.domain, grounds, &activity);
     let reasons: Vec<String> = episodes.iter().map(|e| e.reason.clone()).collect();
     let recorded = args.record_episode - 1;
     let scene_seed = scene_seed(args, recorded);
@@ -102,7 +104,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     progress.say(format!("writing {}", folder.path().display()));
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
-    let result = Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least };
+    let result =
+        Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least, words };
     let also = also_filmed(&episodes, recorded);
     let seeds = also.iter().map(|episode| {
         let scene_seed = self::scene_seed(args, *episode).value();
@@ -258,8 +261,8 @@ impl Ran {
                 let need = domain.need_in_words(operator, &operator.needs[*n]);
                 let _ = write!(
                     self.reason,
-                    "; {} was done without an undecided condition, `{need}`, which may be needed",
-                    operator.name
+                    "; \"{}\" was done without an undecided condition, \"{need}\", which may be needed",
+                    domain.operator_in_words(operator)
                 );
             }
         }
@@ -318,8 +321,10 @@ fn traced(
     let mut all: Vec<&mut dyn Observer> = vec![&mut tracer];
     all.extend(observers.into_iter().map(|observer| observer as &mut dyn Observer));
     let episode = prepared.run(&mut Observers(all))?;
-    let ground = episode.grounds.last().map(|ground| ground.domain());
-    let ended = ended_text(&episode.report.ended, ground);
+    let ended = match episode.report.ended {
+        Ended::GoalMet => "the planner took the goal as met, although it is not".into(),
+        _ => episode.report.ended_words.clone(),
+    };
     let reason = match episode.report.unclaimed() {
         true => format!("the task was solved, but the robot did not take it as solved: {ended}"),
         false => ended,
@@ -332,24 +337,6 @@ fn without_problem(why: &TaskError, index: usize, frames: Vec<SceneFrame>) -> Ra
     let mut tracer = Tracer::new(index);
     let episode = Episode { frames, ..Episode::without_problem(why, &mut tracer) };
     Ran { episode, tracer, reason: why.to_string() }
-}
-
-/// Returns why an episode ended, in words. Obstacles refer to `domain`.
-fn ended_text(ended: &Ended, domain: Option<&Domain>) -> String {
-    match (ended, domain) {
-        (Ended::GoalMet, _) => "the planner took the goal as met, although it is not".into(),
-        (Ended::Stuck(obstacle), Some(domain)) => domain.obstacle_in_words(*obstacle),
-        (Ended::Stuck(_), None) => "the goal cannot be reached".into(),
-        (Ended::NoWay { action }, _) => format!("no part could be grasped and placed for {action}"),
-        (Ended::Occupied { action }, _) => {
-            format!("another part lies where {action} puts its part")
-        }
-        (Ended::Lost { objects }, _) => {
-            format!("{} fell off the table, and the goal needs more parts", objects.join(", "))
-        }
-        (Ended::GaveUp, _) => "the limit on time or skills was reached".into(),
-        (Ended::NoProblem { why }, _) => why.clone(),
-    }
 }
 
 /// Runs all episodes. Returns them, and the planner's activity in the recorded one.

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::tolerance::Offset;
 use crate::robot::Pose;
-use crate::task::domain::{Fact, Situation};
+use crate::task::domain::naming::object_names;
+use crate::task::domain::{Fact, RelationalDomain, Situation};
 use crate::task::recording::ObjectPose;
 
 /// The state of one object of a scene.
@@ -45,6 +46,20 @@ impl Layout {
     /// Returns the state of every object.
     pub fn situation(&self) -> Situation {
         self.located.iter().map(|l| l.fact).collect()
+    }
+
+    /// Returns the names of the objects for people, such as `cup 0`, or `the cup` for the only one of its kind.
+    pub fn object_names(&self) -> Vec<String> {
+        object_names(self.objects.iter().map(|o| (&*o.id, &*o.kind)))
+    }
+
+    /// Returns the statement that an object is in a state, such as `cup 0 is in the drawer`. This names all objects, so
+    /// for many of them use [`RelationalDomain::fact_in_words`].
+    ///
+    /// # Panics
+    /// If there is no such object or state.
+    pub fn fact_in_words(&self, of: &RelationalDomain, object: usize, fact: &Fact) -> String {
+        of.fact_in_words(fact, object, &self.object_names())
     }
 
     /// Returns the index of the object with this id.

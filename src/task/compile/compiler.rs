@@ -7,7 +7,7 @@ use super::exclusion::exclusions;
 use super::facts::{GroundAction, Test};
 use super::ground::GroundProblem;
 use super::problem::{Problem, ProblemError};
-use super::symbols::Symbols;
+use super::symbols::{Name, Symbols};
 use crate::task::domain::{
     Frame, Need, NeedVerdict, Parameters, Quantity, Role, Situation, Subject,
 };
@@ -135,11 +135,15 @@ impl<'p> Compiler<'p> {
         let mut actions: Vec<&GroundAction> = self.actions.keys().collect();
         actions.sort_by_cached_key(|a| (harm(a), Reverse(instances(a)), *a));
         let mut symbols = Symbols::new(self.problem);
-        let states = self.tests.iter().map(|test| State {
-            name: symbols.fact(test),
-            kind: test.of.first().map_or_else(String::new, |(s, _)| known.states[*s].kind.clone()),
+        let mut fact_words = Vec::with_capacity(self.tests.len());
+        let states = self.tests.iter().map(|test| {
+            let Name { symbol: name, words } = symbols.fact(test);
+            fact_words.push(words);
+            let kind = test.of.first().map(|(s, _)| known.states[*s].kind.clone());
+            State { name, kind: kind.unwrap_or_default() }
         });
         let states: Vec<State> = states.collect();
+        let mut action_words = Vec::with_capacity(actions.len());
         let operators = actions.iter().map(|action| {
             let (preconditions, to) = &self.actions[*action];
             let facts = || (0..self.tests.len()).map(StateId::new);
@@ -149,8 +153,10 @@ impl<'p> Compiler<'p> {
             };
             let effects: Vec<StateId> = std::iter::once(*to).chain(facts().filter(adds)).collect();
             let ends = |f: &StateId| self.ends(action, &self.tests[f.index()]);
+            let Name { symbol: name, words } = symbols.action(action);
+            action_words.push(words);
             Operator {
-                name: symbols.action(action),
+                name,
                 from: preconditions.first().copied(),
                 to: *to,
                 preconditions: preconditions.clone(),
@@ -163,9 +169,13 @@ impl<'p> Compiler<'p> {
         let domain = Domain::new(states, operators)
             .map_err(|error| ProblemError::Invalid { reason: error.to_string() })?;
         let dropped = self.problem.undecided().filter(|need| !self.in_force.contains(need));
+        let (objects, composition) = symbols.finish();
         Ok(GroundProblem {
             domain,
-            composition: symbols.composition(),
+            composition,
+            objects,
+            fact_words,
+            action_words,
             dropped: dropped.collect(),
             actions: actions.into_iter().cloned().collect(),
             tests: self.tests,

@@ -20,10 +20,9 @@ use std::collections::BTreeSet;
 use super::facts::{GroundAction, Test};
 use super::moves::Move;
 use super::problem::{Problem, ProblemError};
-use crate::task::classify::Layout;
 use crate::task::domain::{RelationalDomain, Situation, is_within};
 use crate::task::error::TaskError;
-use crate::task::propositional::{ActionId, Composition, Domain, StateId, WorldState};
+use crate::task::propositional::{ActionId, Composition, Domain, Obstacle, StateId, WorldState};
 
 /// A relational problem over one scene as a propositional domain.
 ///
@@ -32,6 +31,11 @@ use crate::task::propositional::{ActionId, Composition, Domain, StateId, WorldSt
 pub struct GroundProblem {
     pub(super) domain: Domain,
     pub(super) composition: Composition,
+    /// Id and name of each object.
+    pub(super) objects: Vec<(String, String)>,
+    /// Sentences of the facts and of the actions.
+    pub(super) fact_words: Vec<String>,
+    pub(super) action_words: Vec<String>,
     pub(super) tests: Vec<Test>,
     pub(super) actions: Vec<GroundAction>,
     /// The facts of each term of the goal, in order.
@@ -46,33 +50,62 @@ impl GroundProblem {
         &self.domain
     }
 
-    /// Returns a fact in words, such as `4 x CHAIR_AT_TABLE of table_0`. Its own name is a symbol of the planner.
-    pub fn in_words(&self, fact: StateId, of: &RelationalDomain, layout: &Layout) -> String {
-        let Some(test) = self.tests.get(fact.index()) else {
-            return self.domain[fact].name.clone();
-        };
-        let states: BTreeSet<&str> = test.of.iter().map(|(s, _)| &*of.states[*s].name).collect();
-        let mut words = states.into_iter().collect::<Vec<_>>().join(" or ");
-        let places: BTreeSet<String> =
-            test.of.iter().filter_map(|(_, place)| Some((1 + (*place)?).to_string())).collect();
-        if !places.is_empty() {
-            words += &format!(" at place {}", places.into_iter().collect::<Vec<_>>().join(" or "));
-        }
-        if let Some(Some(reference)) = test.reference {
-            words += &format!(" of {}", layout.objects[reference].id);
-        }
-        if let Some(object) = test.object {
-            words = format!("{}: {words}", layout.objects[object].id);
-        }
-        if let Some(within) = test.within {
-            words += &format!(" in {}", of.states[within].name);
-        }
-        match (test.most, test.least) {
-            (Some(0), _) => format!("no {words}"),
-            (Some(most), _) => format!("at most {most} x {words}"),
-            (None, 1) => words,
-            (None, least) => format!("{least} x {words}"),
-        }
+    /// Returns the id and the name of each object of the problem, in their order. The name is for people: `cup 0`, or `the
+    /// cup` for the only one of its kind.
+    pub fn object_names(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.objects.iter().map(|(id, name)| (&**id, &**name))
+    }
+
+    /// Returns a fact as a sentence, such as `at least 4 chairs are at table 0`.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn fact_in_words(&self, fact: StateId) -> &str {
+        &self.fact_words[fact.index()]
+    }
+
+    /// Returns an action as a sentence, such as `put a chair at table 0`.
+    ///
+    /// # Panics
+    /// If the action is not one of [`GroundProblem::domain`].
+    pub fn action_in_words(&self, action: ActionId) -> &str {
+        &self.action_words[action.index()]
+    }
+
+    /// Returns the sentence of the fact or action of this symbol; `None` if it is neither.
+    pub fn in_words(&self, symbol: &str) -> Option<&str> {
+        let fact = self.domain.states().iter().position(|s| s.name == symbol);
+        let action = || self.domain.operators().iter().position(|o| o.name == symbol);
+        let words = fact.map(|fact| &self.fact_words[fact]);
+        words.or_else(|| Some(&self.action_words[action()?])).map(String::as_str)
+    }
+
+    /// Returns whether a fact is one that only the planner needs: that a place is free, that something is not in the way, or
+    /// how many objects are left. The facts of the goal are not.
+    ///
+    /// # Panics
+    /// If the fact is not a state of [`GroundProblem::domain`].
+    pub fn is_planner_only(&self, fact: StateId) -> bool {
+        let test = &self.tests[fact.index()];
+        let exact = test.of.iter().any(|(_, place)| place.is_some());
+        let counted = test.most.is_some() || test.least != 1 || !test.except.is_empty();
+        (exact || counted || test.given) && !self.goals.contains(&fact)
+    }
+
+    /// Returns an obstacle in words.
+    ///
+    /// # Panics
+    /// If the obstacle is about a fact or an action of another problem and its id is out of range.
+    pub fn obstacle_in_words(&self, obstacle: Obstacle) -> String {
+        let quoted = |words: &str| format!("\"{words}\"");
+        let fact = |fact| quoted(self.fact_in_words(fact));
+        obstacle.in_words(fact, |action| quoted(self.action_in_words(action)))
+    }
+
+    /// Returns the move's order in words, such as `put cup 0 in the drawer`.
+    pub(crate) fn move_in_words(&self, m: &Move, of: &RelationalDomain) -> String {
+        let name = |object: usize| self.objects.get(object).map(|(_, name)| name.as_str());
+        of.move_in_words(&of.operators[m.operator], name(m.object), m.reference.and_then(name))
     }
 
     /// Returns what the pointers of the facts and actions are made of.

@@ -63,15 +63,7 @@ impl Problem<'_> {
     pub fn open_needs(&self, m: &Move, situation: &Situation) -> Vec<String> {
         let operator = &self.domain.operators[m.operator];
         let open = operator.needs.iter().filter(|n| !self.met(m, n, situation));
-        open.map(|n| {
-            let state = self.domain.names(&n.states().collect::<Vec<_>>()).join(" or ");
-            match n.condition.subject {
-                Subject::Is(role) => format!("{state} of the {}", role.name()),
-                Subject::At(role) => format!("{state} at the {}", role.name()),
-                Subject::Any => state,
-            }
-        })
-        .collect()
+        open.map(|n| self.domain.need_in_words(operator, n)).collect()
     }
 
     /// Returns whether a need of a move is met.

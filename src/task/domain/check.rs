@@ -53,6 +53,7 @@ impl RelationalDomain {
         };
         let of_kinds = || SubKinds::fault_of(&self.sub_kinds);
         names
+            .or_else(|| self.fault_of_words())
             .or_else(of_states)
             .or_else(of_operators)
             .or_else(of_goals)

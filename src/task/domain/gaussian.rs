@@ -1,6 +1,8 @@
 //! States that are Gaussians in the world frame, and actions with counts, as a relational domain: what the learner of the
 //! paper infers, and what domain files of versions 1 and 2 hold.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
@@ -78,7 +80,7 @@ impl Gaussians {
             held,
             of,
         });
-        let domain = RelationalDomain {
+        let mut domain = RelationalDomain {
             states: self.states.into_iter().map(GaussianState::in_frame).collect(),
             operators: self.operators.into_iter().map(CountedOperator::with_needs).collect(),
             goals: goals.collect(),
@@ -86,8 +88,13 @@ impl Gaussians {
             noise_rad: 0.0,
             provenance: self.provenance,
             sub_kinds: Vec::new(),
+            words: BTreeMap::new(),
         };
-        domain.fault().map_or(Ok(domain), Err)
+        if let Some(fault) = domain.fault() {
+            return Err(fault);
+        }
+        domain.complete_words();
+        Ok(domain)
     }
 }
 

@@ -22,6 +22,8 @@
 //!   counts behind it.
 //! * A **goal** is a conjunction of terms in the order in which they were completed.
 
+use std::collections::BTreeMap;
+
 mod check;
 mod condition;
 pub(crate) mod distance;
@@ -29,12 +31,12 @@ mod file;
 mod frame;
 pub(crate) mod gaussian;
 mod goal;
+pub(crate) mod naming;
 mod operator;
 mod provenance;
 mod situation;
 mod state;
 mod sub_kinds;
-mod words;
 
 pub use condition::{Condition, Role, Subject};
 pub(crate) use condition::{Counted, Parameters};
@@ -66,4 +68,7 @@ pub struct RelationalDomain {
     pub provenance: Provenance,
     /// Kinds that are divided by an attribute. States have the names of their parts as kinds.
     pub sub_kinds: Vec<SubKinds>,
+    /// Sentences of states and actions by their symbols, such as `a drawer is open` for `DRAWER_OPEN`. A missing one is made
+    /// anew from what is known of the state.
+    pub words: BTreeMap<String, String>,
 }

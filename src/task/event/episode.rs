@@ -20,6 +20,10 @@ pub struct Decided {
     pub holds: Vec<String>,
     /// Name of the next action; `None` if the goal was met or the planner was stuck.
     pub action: Option<String>,
+    /// The action as a sentence, with the object that the robot takes, such as `put cup 0 in the drawer`; `None` if there is no
+    /// action, and in older traces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub words: Option<String>,
     /// Whether the robot began the action or a recovery. It does not begin if the world state changed before the
     /// decision, if neither the action nor a recovery is possible, or if the episode has reached its limit of skills.
     pub begun: bool,
@@ -59,24 +63,32 @@ pub struct InNoState {
     pub off_deg: f64,
     /// Distance and angle in words, such as `2.6 mm too high and tilted by 10 degrees`.
     pub off: String,
+    /// The statement that the part is nearest to, such as `cup 0 is in the drawer`; empty in older traces.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub words: String,
 }
 
 impl InNoState {
-    /// Describes a part that misses a state by an offset.
-    pub fn new(object: &str, nearest: &str, offset: &Offset) -> Self {
+    /// Describes a part that misses a state by an offset. `words` is the statement that it is in this state.
+    pub fn new(object: &str, nearest: &str, offset: &Offset, words: String) -> Self {
         Self {
             object: object.into(),
             nearest: nearest.into(),
             off_mm: 1e3 * offset.off_m,
             off_deg: offset.off_rad.to_degrees(),
             off: offset.in_words(),
+            words,
         }
     }
 }
 
 impl fmt::Display for InNoState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is in no state: nearest {}, {}", self.object, self.nearest, self.off)
+        let Self { object, nearest, off, words, .. } = self;
+        match words.is_empty() {
+            true => write!(f, "{object} is in no state: nearest {nearest}, {off}"),
+            false => write!(f, "in no state: nearly \"{words}\", but {off}"),
+        }
     }
 }
 
@@ -103,6 +115,14 @@ impl Decided {
     /// Returns how the action's skill ended; `None` if no skill was begun or finished for this decision.
     pub fn outcome(&self) -> Option<SkillOutcome> {
         self.skill.map(|skill| skill.outcome)
+    }
+
+    /// Returns in words what the robot does: the action, or the recovery that it carries out instead; `None` if neither is
+    /// known.
+    pub fn done_in_words(&self) -> Option<String> {
+        let detour = self.recovery.as_ref().filter(|recovery| recovery.kind.is_detour());
+        let done = detour.map(|r| r.kind.describe(r.name()));
+        done.or_else(|| self.words.clone()).or_else(|| self.action.clone())
     }
 
     /// Returns whether the skill was a recovery that is not the decided action.
@@ -168,6 +188,9 @@ pub enum Ended {
 pub struct EpisodeReport {
     /// How the episode ended.
     pub ended: Ended,
+    /// How the episode ended, as a part of a sentence.
+    #[serde(default)]
+    pub ended_words: String,
     /// Whether the task's judge finds the task solved.
     pub solved: bool,
     /// All decisions, each with the skill that followed it.
@@ -193,6 +216,7 @@ impl EpisodeReport {
     /// Returns the report of an episode that ended before the robot moved, because its problem cannot be compiled.
     pub fn without_problem(why: String) -> Self {
         Self {
+            ended_words: why.clone(),
             ended: Ended::NoProblem { why },
             solved: false,
             decisions: Vec::new(),

@@ -71,6 +71,9 @@ pub struct Recovery {
     pub kind: RecoveryKind,
     /// Id of the object that the robot handles.
     pub object: String,
+    /// Its name for people; empty in older traces.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub name: String,
     /// Reason, in words.
     pub why: String,
     /// Number of the try, from 1: of this action with this object, or of this kind of recovery with this object.
@@ -78,8 +81,13 @@ pub struct Recovery {
 }
 
 impl Recovery {
+    /// Returns the object's name for people; its id if it has none.
+    pub fn name(&self) -> &str {
+        if self.name.is_empty() { &self.object } else { &self.name }
+    }
+
     /// Returns what the robot does and why, as one sentence without a full stop.
     pub fn text(&self) -> String {
-        format!("{}: {}", self.kind.describe(&self.object), self.why)
+        format!("{}: {}", self.kind.describe(self.name()), self.why)
     }
 }

@@ -95,7 +95,7 @@ impl Live {
     pub fn lost(&self) -> Vec<String> {
         let sensed = self.cell.sensed();
         let lost = (0..sensed.part_count()).filter(|part| sensed.lost(*part));
-        lost.map(|part| places::name(&sensed, part)).collect()
+        lost.map(|part| places::id(&sensed, part)).collect()
     }
 
     /// Begins the first choice that works. With `careful`, choices at whose target another part lies wrongly are left
@@ -147,6 +147,7 @@ impl Live {
                 self.note(&choice.what, means, false);
                 if let Some(decided) = self.log.decisions.last_mut() {
                     decided.chosen = Some(choice.chosen.clone());
+                    decided.words = Some(choice.words.clone());
                     decided.recovery = recovery;
                 }
                 self.pretended.clear();
@@ -191,10 +192,13 @@ impl Live {
 
     /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
     fn recovery(&self, choice: &Choice, means: Means, skipped: &[Skipped]) -> Option<Recovery> {
-        let object = places::name(&self.cell.sensed(), choice.part);
+        let object = places::id(&self.cell.sensed(), choice.part);
+        let name = places::name(&self.cell.sensed(), choice.part);
         let attempt = self.attempts.tries(&choice.what) + 1;
-        let recovery =
-            |kind, why: String| Some(Recovery { kind, object: object.clone(), why, attempt });
+        let recovery = |kind, why: String| {
+            let (object, name) = (object.clone(), name.clone());
+            Some(Recovery { kind, object, name, why, attempt })
+        };
         let differs = |other: &Intent| match other.part == choice.part {
             true => RecoveryKind::Place,
             false => RecoveryKind::Part,

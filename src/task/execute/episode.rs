@@ -246,7 +246,8 @@ impl<'d> PreparedEpisode<'d> {
             let stuck = matches!(world.ended(), Some(Ended::Stuck(_)));
             let reference_moves =
                 world.memory().filter(|_| stuck).and_then(|layout| model.reference_moves(layout));
-            let (report, frames, physics_wall) = world.report();
+            let (mut report, frames, physics_wall) = world.report();
+            report.ended_words = ended_in_words(&report.ended, &model.ground);
             observer.observe(&Event::EpisodeEnded(&report));
             return Ok(Episode {
                 report,
@@ -292,6 +293,31 @@ pub fn episode_observed(
     observer: &mut dyn Observer,
 ) -> Result<Episode, TaskError> {
     PreparedEpisode::new(domain, build, spec, seed)?.run(observer)
+}
+
+/// Returns how an episode ended, as a part of a sentence. `ground` is the problem that the planner had last.
+fn ended_in_words(ended: &Ended, ground: &GroundProblem) -> String {
+    let action = |symbol: &str| ground.in_words(symbol).unwrap_or(symbol).to_owned();
+    let named = |id: &String| {
+        let mut names = ground.object_names();
+        names.find(|(own, _)| own == id).map_or_else(|| id.clone(), |(_, name)| name.to_owned())
+    };
+    match ended {
+        Ended::GoalMet => "the goal is met".into(),
+        Ended::Stuck(obstacle) => ground.obstacle_in_words(*obstacle),
+        Ended::NoWay { action: a } => {
+            format!("no part could be grasped and placed to {}", action(a))
+        }
+        Ended::Occupied { action: a } => {
+            format!("another part lies where one is to be put to {}", action(a))
+        }
+        Ended::Lost { objects } => {
+            let objects: Vec<String> = objects.iter().map(named).collect();
+            format!("{} fell off the table, and the goal needs more parts", objects.join(", "))
+        }
+        Ended::GaveUp => "the limit on time or skills was reached".into(),
+        Ended::NoProblem { why } => why.clone(),
+    }
 }
 
 /// Runs a simulator until its episode is over or its problem must be compiled anew. The first graph of an episode has interventions.

@@ -211,6 +211,10 @@ impl Live {
             unmet: names(&unmet),
             needs: action.map_or_else(Vec::new, |operator| names(&operator.preconditions)),
             gives: action.map_or_else(Vec::new, |operator| names(&operator.effects)),
+            words: match verdict {
+                Verdict::Act(action) => Some(tools.model.ground.action_in_words(action).into()),
+                _ => None,
+            },
             begun: false,
             skill: None,
             chosen: None,

@@ -52,8 +52,9 @@ pub(super) struct Choice {
     pub what: Intent,
     /// Part that the part is put onto, into or beside.
     pub reference: Option<usize>,
-    /// The choice in words.
+    /// The choice by its symbols, and as a sentence.
     pub chosen: Chosen,
+    pub words: String,
 }
 
 /// Height by which a target is raised each time that something was in the way there, in metres.
@@ -145,7 +146,8 @@ impl TaskModel {
         };
         let reference = m.reference.and_then(|r| self.objects[r].1);
         let target = target_of(&pose, &turn);
-        Some(Choice { part, target, what, reference, chosen })
+        let words = self.ground.move_in_words(m, &self.domain);
+        Some(Choice { part, target, what, reference, chosen, words })
     }
 
     fn goal_name(&self, situation: &Situation) -> String {
@@ -232,10 +234,12 @@ impl TaskModel {
         let known = |(object, part): (&ObjectPose, &Option<usize>)| {
             self.objects.iter().any(|known| is_same(known, object, *part))
         };
-        let in_no_state = layout.objects.iter().zip(&layout.located).filter_map(|(object, l)| {
+        let objects = layout.objects.iter().zip(&layout.located).enumerate();
+        let in_no_state = objects.filter_map(|(index, (object, l))| {
             let miss = l.miss?;
             let nearest = &self.domain.states[miss.nearest.state].name;
-            Some(InNoState::new(&object.id, nearest, &miss.offset))
+            let words = layout.fact_in_words(&self.domain, index, &miss.nearest);
+            Some(InNoState::new(&object.id, nearest, &miss.offset, words))
         });
         let in_no_state = in_no_state.collect();
         let explained = explained.collect();

@@ -110,6 +110,7 @@ impl EpisodeWorld {
         let (scene, log) = (self.scene(), self.log());
         let report = EpisodeReport {
             ended: self.ended().cloned().unwrap_or(Ended::GaveUp),
+            ended_words: String::new(),
             solved: scene.is_some_and(|s| self.spec.task.judge(s).solved),
             decisions: log.decisions.clone(),
             touches: log.touches.clone(),

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::attempts::Attempt;
 use super::gaussian::PoseGaussian;
-use super::names::{Names, action_name, landmarks, state_name};
 use super::observations::{Cluster, Observations};
 use super::operators::{Evidence, Instance};
 use super::summary::{AttemptReport, Failure, LearnReport, UnexplainedPoses};
@@ -12,6 +11,7 @@ use super::transitions::Transitions;
 use super::{Learned, Settings};
 use crate::robot::Pose;
 use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians, Geometry};
+use crate::task::domain::naming::{Names, action_symbol, landmarks, symbol_in_world};
 use crate::task::domain::{KindClusters, Origin, Provenance};
 use crate::task::error::TaskError;
 use crate::task::propositional::{ActionId, StateId};
@@ -96,7 +96,7 @@ impl Observations<'_> {
                 if cluster.placed > cluster.found { Origin::Placed } else { Origin::Found };
             let kind = self.kinds[cluster.kind].name.to_string();
             models.push(GaussianState {
-                name: names.take(&state_name(&kind, origin, &fit.mean, &landmarks)),
+                name: names.take(&symbol_in_world(&kind, origin, &fit.mean, &landmarks)),
                 kind,
                 geometry: Geometry {
                     count: poses.len(),
@@ -155,7 +155,7 @@ impl Observations<'_> {
             let evidence = Evidence::count(&instances);
             let indices = |states: Vec<StateId>| states.into_iter().map(StateId::index).collect();
             operators.push(CountedOperator {
-                name: names.take(&action_name(&named[at].name)),
+                name: names.take(&action_symbol(&named[at].name)),
                 from: from.map(StateId::index),
                 to: at,
                 preconditions: indices(evidence.preconditions()),

@@ -60,7 +60,6 @@ mod attributes;
 mod gaussian;
 mod infer;
 mod linkage;
-mod names;
 mod observations;
 mod operators;
 mod paper;

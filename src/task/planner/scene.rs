@@ -10,7 +10,7 @@ use crate::task::classify::Layout;
 use crate::task::compile::{GroundProblem, Move, Problem, ProblemError, TargetPose};
 use crate::task::domain::Situation;
 use crate::task::error::TaskError;
-use crate::task::propositional::{ActionId, Domain, StateId, WorldState};
+use crate::task::propositional::{ActionId, StateId, WorldState};
 
 /// Number of moves after which a plan is cut short.
 const MOST_MOVES: usize = 200;
@@ -22,6 +22,8 @@ pub struct SceneMove {
     pub chosen: Move,
     /// Name of the action.
     pub action: String,
+    /// The move as a sentence, such as `put cup 0 in the drawer`.
+    pub words: String,
     /// Id of the object that moves.
     pub object: Arc<str>,
     /// Id of the object that it is put onto, into or beside; `None` in the world frame.
@@ -77,13 +79,14 @@ impl ScenePlan {
 }
 
 impl SceneEnd {
-    fn of(domain: &Domain, end: PlanEnd) -> Self {
+    fn of(ground: &GroundProblem, end: PlanEnd) -> Self {
         match end {
             PlanEnd::Met => Self::Met,
             PlanEnd::Circle => Self::Circle,
-            PlanEnd::Stuck(obstacle) => Self::Stuck(domain.obstacle_in_words(obstacle)),
+            PlanEnd::Stuck(obstacle) => Self::Stuck(ground.obstacle_in_words(obstacle)),
             PlanEnd::Impossible(action) => {
-                Self::Stuck(format!("no object in the scene can do {}", domain[action].name))
+                let words = ground.action_in_words(action);
+                Self::Stuck(format!("no object in the scene can be used to {words}"))
             }
         }
     }
@@ -209,6 +212,7 @@ impl PlannerBuild {
         let id = |object: usize| problem.objects()[object].id.clone();
         let moves = predicted.moves.into_iter().zip(plan.steps);
         let moves = moves.map(|((chosen, target, decided), step)| SceneMove {
+            words: ground.move_in_words(&chosen, problem.domain()),
             chosen,
             action: problem.domain().operators[chosen.operator].name.clone(),
             object: id(chosen.object),
@@ -218,7 +222,7 @@ impl PlannerBuild {
             ground_action: ground.domain()[step.action].name.clone(),
             decision: step.decision,
         });
-        let (moves, end) = (moves.collect(), SceneEnd::of(ground.domain(), plan.end));
+        let (moves, end) = (moves.collect(), SceneEnd::of(&ground, plan.end));
         Ok(ScenePlan { moves, end, last: plan.last, ground: Some(ground) })
     }
 }

@@ -172,25 +172,12 @@ impl Domain {
         Ok(counts)
     }
 
-    /// Returns an obstacle in words.
-    // `assets/report/words.js` has the same sentences.
+    /// Returns an obstacle in words, with the names of states and actions.
     ///
     /// # Panics
     /// If the obstacle is about a state or an action of another domain and its id is out of range.
     pub fn obstacle_in_words(&self, obstacle: Obstacle) -> String {
-        let state = |state: StateId| self[state].name.as_str();
-        match obstacle {
-            Obstacle::NothingCauses { state: s } => {
-                format!("{} does not hold and no action causes it", state(s))
-            }
-            Obstacle::MustBeAbsent { action, state: s } => {
-                format!("{} holds, but must be absent before {}", state(s), self[action].name)
-            }
-            Obstacle::NeedsItself { state: s } => {
-                format!("every way to reach {} requires {} itself", state(s), state(s))
-            }
-            Obstacle::NoPlan { .. } => "no plan that reaches the goal was found".into(),
-        }
+        obstacle.in_words(|state| self[state].name.clone(), |action| self[action].name.clone())
     }
 
     /// Returns the causes of `state`: all actions that have it among their effects, most preferred first.

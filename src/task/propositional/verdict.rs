@@ -51,6 +51,29 @@ pub enum Obstacle {
     },
 }
 
+impl Obstacle {
+    /// Returns the obstacle in words, with these words for a state and an action.
+    // `assets/report/words.js` has the same sentences.
+    pub(crate) fn in_words(
+        self,
+        state: impl Fn(StateId) -> String,
+        action: impl Fn(ActionId) -> String,
+    ) -> String {
+        match self {
+            Self::NothingCauses { state: s } => {
+                format!("{} does not hold and no action causes it", state(s))
+            }
+            Self::MustBeAbsent { action: a, state: s } => {
+                format!("{} holds, but must be absent before {}", state(s), action(a))
+            }
+            Self::NeedsItself { state: s } => {
+                format!("every way to reach {} requires {} itself", state(s), state(s))
+            }
+            Self::NoPlan { .. } => "no plan that reaches the goal was found".into(),
+        }
+    }
+}
+
 /// A planner's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {

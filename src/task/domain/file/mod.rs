@@ -7,6 +7,7 @@ mod fields;
 mod old;
 mod shape;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,7 @@ use super::{
     RelationalDomain, RelationalOperator, SideEffect, SubKinds, Subject,
 };
 use crate::files::{Limit, read_file};
+use crate::sim::plain;
 use crate::task::error::{InputFault, TaskError, json_problem};
 use crate::task::propositional::Fault;
 use fields::{FieldFault, StateNames};
@@ -44,6 +46,9 @@ struct DomainFile {
     /// Kinds that are divided by an attribute.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     sub_kinds: Vec<SubKinds>,
+    /// Sentences by symbol. Older files have none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    words: BTreeMap<String, String>,
 }
 
 /// For each of which objects a term of the goal asks.
@@ -220,6 +225,7 @@ impl From<&RelationalDomain> for DomainFile {
             states: domain.states.clone(),
             operators: domain.operators.iter().map(operator).collect(),
             sub_kinds: domain.sub_kinds.clone(),
+            words: domain.words.clone(),
         }
     }
 }
@@ -281,7 +287,16 @@ impl DomainFile {
                 instances: entry.instances,
             });
         }
-        let domain = RelationalDomain {
+        let known = |name: &String| {
+            let mut operators = operators.iter().map(|o| &o.name);
+            self.states.iter().any(|s| s.name == *name) || operators.any(|o| o == name)
+        };
+        if let Some(name) = self.words.keys().find(|name| !known(name)) {
+            let problem = format!("`{}` is no state and no action", plain(name));
+            let field = "words".to_owned();
+            return Err(FieldFault { field, problem, expected: "their names".into() });
+        }
+        let mut domain = RelationalDomain {
             states: self.states,
             operators,
             goals,
@@ -289,8 +304,13 @@ impl DomainFile {
             noise_rad: self.noise_rad,
             provenance: self.provenance,
             sub_kinds: self.sub_kinds,
+            words: self.words,
         };
-        Ok(domain.fault().map_or(Ok(domain), Err)?)
+        if let Some(fault) = domain.fault() {
+            return Err(fault.into());
+        }
+        domain.complete_words();
+        Ok(domain)
     }
 }
 

@@ -85,6 +85,11 @@ pub(super) fn faulty_field(file: &Value) -> String {
             return noise.into();
         }
     }
+    let sentences =
+        |words: &Value| words.as_object().is_some_and(|all| all.values().all(Value::is_string));
+    if file.get("words").is_some_and(|words| !sentences(words)) {
+        return "words".into();
+    }
     let goals = faulty_entry::<GoalEntry>(file, "goals");
     let states = || within(file, "states", faulty_entry::<FrameState>(file, "states")?, &[places]);
     let operators = || {

@@ -73,11 +73,12 @@ impl Live {
             _ => self.move_away(tools, &what, detour.strict),
         };
         let means = begun?;
-        let object = places::name(&self.cell.sensed(), part);
+        let object = places::id(&self.cell.sensed(), part);
+        let name = places::name(&self.cell.sensed(), part);
         let attempt = self.attempts.tries(&what) + 1;
         self.note(&what, means, true);
         if let Some(decided) = self.log.decisions.last_mut() {
-            decided.recovery = Some(Recovery { kind, object, why: why.clone(), attempt });
+            decided.recovery = Some(Recovery { kind, object, name, why: why.clone(), attempt });
         }
         self.pretended.clear();
         self.wanted.clear();

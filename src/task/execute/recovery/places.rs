@@ -3,6 +3,7 @@
 use crate::robot::Pose;
 use crate::robot::scene::Sensed;
 use crate::robot::skill::{self, Facing, Target};
+use crate::task::domain::naming::object_names;
 
 /// Least distance of a free place from every other part, in metres.
 const ROOM_M: f64 = 0.07;
@@ -86,9 +87,17 @@ pub(in crate::task::execute) fn free_places(
 }
 
 /// Returns the id of a part: its kind and its number among the parts of this kind, lost ones included.
-pub(in crate::task::execute) fn name(scene: &Sensed<'_>, part: usize) -> String {
+pub(in crate::task::execute) fn id(scene: &Sensed<'_>, part: usize) -> String {
     let Some(kind) = scene.kinds().nth(part) else { return format!("part_{part}") };
     let number = scene.kinds().take(part).filter(|own| *own == kind).count();
     let name = scene.kind(part).map_or("part", |kind| &kind.name);
     format!("{name}_{number}")
+}
+
+/// Returns the name of a part for people, such as `cup 0`, or `the cup` if it is the only one of its kind.
+pub(in crate::task::execute) fn name(scene: &Sensed<'_>, part: usize) -> String {
+    let all: Vec<String> = (0..scene.part_count()).map(|part| id(scene, part)).collect();
+    let kind = |part: usize| scene.kind(part).map_or("part", |kind| &*kind.name);
+    let mut names = object_names(all.iter().enumerate().map(|(part, id)| (&**id, kind(part))));
+    if part < names.len() { names.swap_remove(part) } else { id(scene, part) }
 }

@@ -91,7 +91,7 @@ impl Plight<'_> {
         self.parts().find(|(own, _)| *own == part).map(|(_, at)| at)
     }
 
-    /// Returns the id of a part.
+    /// Returns the name of a part, for people.
     pub fn name(&self, part: usize) -> String {
         places::name(&self.sensed, part)
     }

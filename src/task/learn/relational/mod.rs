@@ -18,6 +18,7 @@ use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
 use super::{Learned, Remark, Settings, nothing, remark};
 use crate::robot::Pose;
 use crate::task::domain::RelationalDomain;
+use crate::task::domain::naming::{landmarks, name_all};
 use crate::task::error::TaskError;
 use crate::task::event::{Event, LearningStep, Observer};
 use crate::task::propositional::ActionId;
@@ -72,7 +73,10 @@ pub(super) fn learn(
         shifted.push(one);
     }
     observer.observe(&Event::Learning(LearningStep::Deciding));
-    let built = operators::find(&motion, &mut found);
+    let mut built = operators::find(&motion, &found);
+    let fixed = |kind: &str| found.fixed.iter().any(|own| own == kind);
+    let marks = landmarks(recording, fixed);
+    let words = name_all(&mut found.states, &mut built.operators, &marks);
     let (goals, unachieved) = goals::goals(&motion, &found, &built.operators);
     let no_goal = goals.is_empty().then(|| goals::lacking(&motion, &found, &built.operators));
     let unachieved: Vec<String> =
@@ -93,6 +97,7 @@ pub(super) fn learn(
         noise_rad: motion.noise.angle_rad,
         provenance: settings.provenance(recording),
         sub_kinds: Vec::new(),
+        words,
     };
     domain.check()?;
     let mut remarks = Vec::new();

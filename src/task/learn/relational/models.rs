@@ -10,7 +10,6 @@ use crate::robot::{Pose, mean_orientation};
 use crate::task::domain::gaussian::{MIN_DISTINCT, WILD_RAD};
 use crate::task::domain::{Coordinate, Frame, FrameState, Origin, Place, ROOMY_M, Turn};
 use crate::task::learn::gaussian::robust_mean;
-use crate::task::learn::names::{Landmark, Names, landmarks, state_name, symbol};
 
 /// Number of poses below which a loose agreement is taken for chance.
 const FEW: usize = 8;
@@ -18,21 +17,8 @@ const FEW: usize = 8;
 const CHANCE_SD: f64 = 5.0;
 
 impl Frames<'_, '_> {
-    /// Returns the objects of the first snapshot whose kind never moved.
-    pub fn landmarks(&self) -> Vec<Landmark> {
-        landmarks(self.motion.recording, |kind| {
-            self.kinds.iter().zip(&self.moves).any(|(k, moves)| **k == *kind && !moves)
-        })
-    }
-
-    /// Fits the model of a state.
-    pub fn model(
-        &self,
-        (kind, turn_matters): (usize, bool),
-        groups: &[Group],
-        landmarks: &[Landmark],
-        names: &mut Names,
-    ) -> FrameState {
+    /// Fits the model of a state, which gets its name when all states are known.
+    pub fn model(&self, (kind, turn_matters): (usize, bool), groups: &[Group]) -> FrameState {
         let frame = groups[0].frame;
         let rests: Vec<usize> = groups.iter().flat_map(|g| g.rests.clone()).collect();
         let count = rests.len();
@@ -57,13 +43,9 @@ impl Frames<'_, '_> {
             Some(k) => Frame::Kind(self.kinds[k].to_string()),
         };
         let own = &self.kinds[kind];
-        let wanted = match &frame {
-            Frame::World => state_name(own, origin, &places[0].pose(), landmarks),
-            Frame::Kind(k) => format!("{}_AT_{}", symbol(own), symbol(k)),
-        };
         let named_world = frame == Frame::World;
         FrameState {
-            name: names.take(&wanted),
+            name: String::new(),
             kind: own.to_string(),
             frame,
             turn,

@@ -11,7 +11,6 @@ use crate::task::domain::{
     RelationalOperator, Role, SideEffect, Situation, Subject, relative,
 };
 use crate::task::learn::attempts::Attempt;
-use crate::task::learn::names::action_name;
 use crate::task::learn::summary::Failure;
 
 /// A demonstrated instance of an action.
@@ -37,7 +36,7 @@ pub(super) struct Operators {
 /// Share of the instances that have to agree about a side effect, which knocks and outliers can disturb.
 const AGREE: f64 = 0.9;
 
-pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
+pub(super) fn find(motion: &Motion<'_>, found: &States) -> Operators {
     let mut of_state: BTreeMap<usize, Vec<Instance>> = BTreeMap::new();
     let mut outcomes = Vec::new();
     for attempt in &motion.attempts {
@@ -64,8 +63,7 @@ pub(super) fn find(motion: &Motion<'_>, found: &mut States) -> Operators {
     let mut index = BTreeMap::new();
     for (state, instances) in &of_state {
         index.insert(*state, operators.len());
-        let name = found.names.take(&action_name(&found.states[*state].name));
-        operators.push(operator(motion, found, name, *state, instances, &seen));
+        operators.push(operator(motion, found, *state, instances, &seen));
     }
     let judged = outcomes
         .into_iter()
@@ -248,7 +246,6 @@ fn covering(
 fn operator(
     motion: &Motion<'_>,
     found: &States,
-    name: String,
     to: usize,
     instances: &[Instance],
     seen: &BTreeSet<(usize, String)>,
@@ -330,7 +327,7 @@ fn operator(
         })
         .collect();
     RelationalOperator {
-        name,
+        name: String::new(),
         from: from.into_iter().map(|(state, _)| state).collect(),
         to,
         needs,

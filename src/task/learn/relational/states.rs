@@ -8,7 +8,6 @@ use super::likelihood::{Likelihood, Sums};
 use super::motion::{Came, Motion, Rest};
 use super::places::{Group, is_scattered};
 use crate::task::domain::{Fact, FrameState};
-use crate::task::learn::names::Names;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Unexplained {
@@ -27,7 +26,6 @@ pub(super) struct States {
     pub fixed: Vec<String>,
     /// Kinds that another hand moved.
     pub moved_by_others: Vec<String>,
-    pub names: Names,
 }
 
 /// Log priors of the frames: of the world, of kinds that never move and of kinds that move. What moves is a likely
@@ -56,9 +54,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         unexplained: Vec::new(),
         fixed: Vec::new(),
         moved_by_others: Vec::new(),
-        names: Names::default(),
     };
-    let landmarks = frames.landmarks();
     // The places of each state, with its kind and whether it may be turned.
     let mut all: Vec<(usize, bool, Vec<Group>)> = Vec::new();
     for kind in 0..frames.kinds.len() {
@@ -91,7 +87,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
                 labels[*rest] = Some(Fact { state, place, reference });
             }
         }
-        out.states.push(frames.model((kind, turns), &places, &landmarks, &mut out.names));
+        out.states.push(frames.model((kind, turns), &places));
     }
     for (kind, mut rests) in lost {
         rests.sort_unstable();

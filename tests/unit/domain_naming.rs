@@ -1,0 +1,89 @@
+//! Unit tests of `src/task/domain/naming/`.
+
+use super::nouns::{plural, symbol};
+use super::states::Landmark;
+use super::*;
+use crate::robot::Pose;
+use crate::task::domain::Origin;
+use crate::task::propositional::is_symbol;
+
+#[test]
+fn strange_kinds_give_harmless_names() {
+    assert_eq!(symbol("nut"), "NUT");
+    assert_eq!(symbol("<script>"), "KIND__SCRIPT_");
+    assert_eq!(symbol("3mm bolt"), "KIND_3MM_BOLT");
+    assert_eq!(symbol("écrou"), "KIND__CROU");
+    let long = symbol(&"x".repeat(500));
+    assert!(
+        is_symbol(&long)
+            && is_symbol(&symbol_in_world(&long, Origin::Found, &Pose::at([0.0; 3]), &[]))
+    );
+}
+
+#[test]
+fn a_name_is_given_once() {
+    let mut names = Names::default();
+    assert_eq!(names.take("NUT_AT_START"), "NUT_AT_START");
+    assert_eq!(names.take("NUT_AT_START"), "NUT_AT_START_2");
+    assert_eq!(names.take("NOTHING"), "NOTHING_2");
+}
+
+#[test]
+fn the_nearest_landmark_names_a_place() {
+    let hole = |kind: &str, x: f64| Landmark { kind: kind.into(), pose: Pose::at([x, 0.0, 0.0]) };
+    let marks = [hole("nut_hole", 0.0), hole("bolt_hole", 0.2)];
+    let name = |x: f64| symbol_in_world("bolt", Origin::Placed, &Pose::at([x, 0.06, 0.0]), &marks);
+    assert_eq!(name(0.01), "BOLT_AT_NUT_HOLE");
+    assert_eq!(name(0.19), "BOLT_AT_BOLT_HOLE");
+    assert_eq!(name(0.9), "BOLT_PLACED");
+}
+
+#[test]
+fn a_kind_is_a_noun() {
+    assert_eq!(noun("bolt_hole"), "bolt hole");
+    assert_eq!(noun("Red_Block"), "red block");
+    assert_eq!(noun("___"), "___");
+    assert_eq!(a("arm"), "an arm");
+    for (one, many) in [
+        ("bolt", "bolts"),
+        ("box", "boxes"),
+        ("dish", "dishes"),
+        ("knife", "knives"),
+        ("shelf", "shelves"),
+        ("assembly", "assemblies"),
+        ("tray", "trays"),
+    ] {
+        assert_eq!(plural(one), many);
+    }
+}
+
+#[test]
+fn every_object_has_a_name_of_its_own() {
+    let names = |all: &[(&str, &str)]| object_names(all.iter().copied());
+    let scene = [("nut_0", "nut"), ("bolt_0", "bolt"), ("bolt_1", "bolt"), ("left", "bolt")];
+    assert_eq!(names(&scene), ["the nut", "bolt 0", "bolt 1", "left"]);
+    let odd = [("a_b", "k"), ("a b", "k"), ("bolt", "bolt"), ("bolt_7", "bolt")];
+    let odd = names(&odd);
+    assert_eq!(odd, ["a_b", "a b", "bolt", "bolt 7"], "ids that differ in `_` alone stay ids");
+}
+
+#[test]
+fn a_sentence_is_said_of_one_of_several_and_of_none() {
+    let say = Statement::new("a nut is in a nut pocket", "nut").at(Some("nut_pocket"), "pocket 2");
+    assert_eq!(say.about("nut 1"), "nut 1 is in pocket 2");
+    assert_eq!(say.about_any(" other than nut 1"), "a nut other than nut 1 is in pocket 2");
+    assert_eq!(say.about_some("at least 2", ""), "at least 2 nuts are in pocket 2");
+    assert_eq!(say.about_none(""), "no nut is in pocket 2");
+    let start = Statement::new("a nut is in its start area", "nut");
+    assert_eq!(start.about_some("at least 2", ""), "at least 2 nuts are in their start area");
+    assert_eq!(say.not_about("nut 1"), "nut 1 is not in pocket 2");
+    // `a nut` is not a part of `a nut pocket`, and a reference that is not named comes last.
+    let bolt = Statement::new("a bolt is in a nut pocket", "bolt").at(Some("nut"), "nut 0");
+    assert_eq!(bolt.about_any(""), "a bolt is in a nut pocket at nut 0");
+    // What a person wrote is kept whole.
+    let own = Statement::new("done with a nut", "nut");
+    assert_eq!(own.about("nut 1"), "done with nut 1");
+    assert_eq!(own.about_some("at least 2", ""), "at least 2 times: done with a nut");
+    assert_eq!(own.about_none(""), "never: done with a nut");
+    assert_eq!(Statement::new("finished", "nut").about("nut 1"), "finished (nut 1)");
+}
