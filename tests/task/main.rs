@@ -68,4 +68,5 @@ mod teaching;
 mod traces;
 mod trials;
 mod unseen;
+mod useless_operators;
 mod worlds;
