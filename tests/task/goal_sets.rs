@@ -450,19 +450,23 @@ fn costs_in_the_graph_are_additive() {
         }
         levels
     };
+    // What never holds, such as a block on itself, counts as much as the clock has levels.
+    let counting = |rules: &Regression, costs: Vec<f64>| -> Vec<f64> {
+        costs.into_iter().map(|cost| cost.min(rules.levels as f64)).collect()
+    };
     let (mut fluents, mut wrong, mut off) = (0, 0.0, 0.0);
     for case in [Case::kitchen(5), Case::sussman(), Case::gripper(), Case::logistics()] {
         let rules = Regression::new(&case.grounded);
         let start = case.grounded.start.iter().copied().collect();
-        let exact = costs(&rules, &start);
+        let exact = counting(&rules, costs(&rules, &start));
         assert_eq!(counted(&case, &Population::Direct, 230), exact);
         let spiking = counted(&case, &Population::Lif(LifSpec::default()), 230);
         let distance =
             |other: &[f64]| -> f64 { exact.iter().zip(other).map(|(a, b)| (a - b).abs()).sum() };
         (fluents, off) = (fluents + exact.len(), off + distance(&spiking));
-        wrong += distance(&levels(&rules, &start));
+        wrong += distance(&counting(&rules, levels(&rules, &start)));
     }
-    assert!(fluents >= 50 && wrong >= 10.0, "{fluents} fluents, levels differ by {wrong}");
+    assert!(fluents >= 50 && wrong >= 8.0, "{fluents} fluents, levels differ by {wrong}");
     assert!(off <= 0.8 * wrong, "in spikes {off} levels in {fluents} fluents");
 }
 

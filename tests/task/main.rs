@@ -69,4 +69,5 @@ mod teaching;
 mod traces;
 mod trials;
 mod unseen;
+mod useless_operators;
 mod worlds;

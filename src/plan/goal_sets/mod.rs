@@ -9,7 +9,7 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `mutex`, `rules` | pairs of fluents that exclude each other; what each operator achieves and threatens |
+//! | `mutex`, `useless`, `rules` | pairs of fluents that exclude each other; operators that are in no plan; what each operator achieves and threatens |
 //! | `wiring` | groups of units, and links between them |
 //! | `machine`, `control` | phases and signals, and the table of transitions |
 //! | `costs` | the wave from what holds; how far each fluent is |
@@ -71,6 +71,7 @@ mod senses;
 mod spikes;
 mod synapses;
 mod tree;
+mod useless;
 mod wiring;
 mod world;
 

@@ -199,19 +199,6 @@ pub fn pursue(
     }
     let [back, ahead] = spec.slots.map_or_else(|| slots(fluents), |slots| [slots; 2]);
     let (directions, units) = fitting(problem, spec.directions, [back, ahead])?;
-    if problem.operators.is_empty() {
-        // Nothing can be done, so the goal holds: a goal that no operator achieves is refused when the problem is grounded.
-        let reached = world.reached();
-        return Ok(Course {
-            reached,
-            begun: Vec::new(),
-            ms: 0,
-            moments: Vec::new(),
-            units,
-            directions,
-            spikes: None,
-        });
-    }
     let rules = Regression::new(problem);
     // A part that never holds excludes itself, and every other part.
     let itself = problem.goal.iter().map(|a| (*a, *a));
@@ -222,6 +209,19 @@ pub fn pursue(
         return Err(match a == b {
             true => GoalSetError::NeverHolds { fluent: first },
             false => GoalSetError::Unreachable { first, second },
+        });
+    }
+    if rules.operators.iter().all(|operator| operator.adds.is_empty()) {
+        // No operator is in a plan: the goal holds, or is out of reach.
+        let reached = world.reached();
+        return Ok(Course {
+            reached,
+            begun: Vec::new(),
+            ms: 0,
+            moments: Vec::new(),
+            units,
+            directions,
+            spikes: None,
         });
     }
     let rules = Arc::new(rules);

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::costs::levels;
 use super::mutex::Mutexes;
+use super::useless::useless;
 use crate::plan::strips::Grounded;
 
 /// An operator, as regression sees it. All numbers are positions of fluents, in increasing order.
@@ -35,9 +36,17 @@ pub struct Regression {
 }
 
 impl Regression {
-    /// Finds the rules of a problem. Fluents exclude each other if they never hold together after its start.
+    /// Finds the rules of a problem. Fluents exclude each other if they never hold together after its start. Operators that
+    /// are in no plan, because they can never be applied or put the goal out of reach, achieve nothing.
     pub fn new(problem: &Grounded) -> Self {
-        Self::with_mutexes(problem, Mutexes::new(problem))
+        let mutexes = Mutexes::new(problem);
+        let mut useful = problem.clone();
+        for (operator, useless) in useful.operators.iter_mut().zip(useless(problem, &mutexes)) {
+            if useless {
+                operator.adds.clear();
+            }
+        }
+        Self::with_mutexes(&useful, mutexes)
     }
 
     /// Finds the rules of a problem in which these fluents exclude each other.

@@ -20,6 +20,8 @@ use crate::sim::{In, Module, Out, Real, Scope, Vector};
 const HELPS: Real = 0.4;
 /// Weight of an operator that adds all that another one of the relaxed plan lacks.
 const COMPLETES: Real = 0.4;
+/// Weight of each fluent that an operator adds and the relaxed plan needs, beyond the first.
+const SERVES: Real = 0.1;
 /// Weight of each operator of the relaxed plan that needs what an operator deletes.
 const THREATENS: Real = -0.2;
 /// Weight of what an operator uses up for good.
@@ -44,12 +46,18 @@ pub struct Progression {
 impl Progression {
     /// Finds the rules of a problem, of which `rules` are those of regression.
     pub fn new(problem: &Grounded, rules: &Regression) -> Self {
+        let mut operators = problem.operators.clone();
+        for (operator, seen) in operators.iter_mut().zip(&rules.operators) {
+            // Nothing for operators that are in no plan.
+            operator.adds.clone_from(&seen.adds);
+        }
+        let fluents = problem.fluents.len();
         Self {
-            fluents: problem.fluents.len(),
-            operators: problem.operators.clone(),
+            fluents,
             before: agenda(&problem.goal, rules),
             levels: rules.levels,
-            uses_up: uses_up(problem),
+            uses_up: uses_up(fluents, &operators),
+            operators,
         }
     }
 
@@ -112,16 +120,16 @@ impl Progression {
 /// Of the fluents that it deletes and no operator adds, each counts as much as others depend on it: by the sum over the operators
 /// that need it, and over what these add, of one over the number of operators that add that. What serves only those who can be
 /// served otherwise counts little.
-fn uses_up(problem: &Grounded) -> Vec<Real> {
-    let mut adders = vec![0; problem.fluents.len()];
-    problem.operators.iter().flat_map(|o| &o.adds).for_each(|f| adders[*f] += 1);
-    let mut needed = vec![0.0; problem.fluents.len()];
-    for operator in &problem.operators {
+fn uses_up(fluents: usize, operators: &[GroundOperator]) -> Vec<Real> {
+    let mut adders = vec![0; fluents];
+    operators.iter().flat_map(|o| &o.adds).for_each(|f| adders[*f] += 1);
+    let mut needed = vec![0.0; fluents];
+    for operator in operators {
         let depends: Real = operator.adds.iter().map(|f| 1.0 / adders[*f] as Real).sum();
         let lost = operator.preconditions.iter().filter(|f| adders[**f] == 0);
         lost.for_each(|f| needed[*f] += depends);
     }
-    let used = problem.operators.iter().map(|o| o.deletes.iter().map(|f| needed[*f]).sum());
+    let used = operators.iter().map(|o| o.deletes.iter().map(|f| needed[*f]).sum());
     let used: Vec<Real> = used.collect();
     let most = used.iter().fold(1.0, |most: Real, used| most.max(*used));
     used.into_iter().map(|used| used / most).collect()
@@ -213,7 +221,8 @@ impl Module for ForwardGraph {
 
         let race_phase = Phase::Race as usize;
         let growing = (phases, &control.elapsed, &control.restless);
-        let mut bias: Vec<Real> = rules.uses_up.iter().map(|used| -0.7 + SPARES * used).collect();
+        let mut bias: Vec<Real> =
+            rules.uses_up.iter().map(|used| -0.7 - SERVES + SPARES * used).collect();
         // Its own need of what it deletes is no threat.
         for (f, a, _) in rules.deletes(1.0) {
             if rules.operators[a].preconditions.contains(&f) {
@@ -223,6 +232,7 @@ impl Module for ForwardGraph {
         let utilities = utilities(w, growing, (race_phase, &URGES), &bias);
         w.link(&barred, &utilities, each(operators, BAR));
         w.link(&plan.wanted, &utilities, rules.adds(HELPS));
+        w.link(&plan.needed, &utilities, rules.adds(SERVES));
         w.link(&plan.last, &utilities, rules.adds(COMPLETES));
         w.link(&plan.claims, &utilities, rules.deletes(THREATENS));
         let turns = Turns {

@@ -25,6 +25,8 @@ pub(super) struct Relaxed {
     pub absent: Group,
     /// Goals that are not in the state and wait for no other.
     pub wanted: Group,
+    /// Fluents that the relaxed plan needs and that are not in the state.
+    pub needed: Group,
     /// Operators of the relaxed plan.
     pub used: Group,
     /// Fluents that are the only missing precondition of some operator of the relaxed plan.
@@ -107,7 +109,7 @@ pub(super) fn relaxed(
     let last = w.units("last", fluents);
     w.link(&near, &last, turned(rules.needs(1.2)));
     w.link(state, &last, each(fluents, NEVER));
-    Relaxed { absent, wanted, used, last, claims }
+    Relaxed { absent, wanted, needed, used, last, claims }
 }
 
 /// Adds the goals that wait for others: for those that do not hold, and did not when the wave began. A goal that is broken on the
