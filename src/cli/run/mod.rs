@@ -321,10 +321,7 @@ fn traced(
     let mut all: Vec<&mut dyn Observer> = vec![&mut tracer];
     all.extend(observers.into_iter().map(|observer| observer as &mut dyn Observer));
     let episode = prepared.run(&mut Observers(all))?;
-    let ended = match episode.report.ended {
-        Ended::GoalMet => "the planner took the goal as met, although it is not".into(),
-        _ => episode.report.ended_words.clone(),
-    };
+    let ended = reason_in_words(&episode.report);
     let reason = match episode.report.unclaimed() {
         true => format!("the task was solved, but the robot did not take it as solved: {ended}"),
         false => ended,
@@ -403,4 +400,14 @@ fn scene_seed(args: &RunArgs, index: usize) -> Seed {
 fn first_scene(spec: &EpisodeSpec, seed: Seed) -> Result<Snapshot, TaskError> {
     let scene = Scene::new(spec.task.scene(seed)?)?;
     Ok(Recorder::default().look(&scene).0)
+}
+
+/// Returns why an episode ended, as a part of a sentence.
+fn reason_in_words(report: &EpisodeReport) -> String {
+    match report.ended {
+        Ended::GoalMet if !report.solved => {
+            "the planner took the goal as met, although it is not".into()
+        }
+        _ => report.ended_words.clone(),
+    }
 }

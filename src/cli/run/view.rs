@@ -8,9 +8,7 @@ use symbolt::task::event::{Doing, Ignore};
 use symbolt::task::execute::{Driver, EpisodeWorld, PreparedEpisode, RECOMPILE};
 use symbolt::view::{Driven, View};
 
-use super::{
-    Runner, ViewArgs, check, ended_text, episode_spec, of_interventions, scene_seed, teach,
-};
+use super::{Runner, ViewArgs, check, episode_spec, of_interventions, scene_seed, teach};
 use crate::cli::config;
 use crate::cli::end::Outcome;
 use crate::cli::options::unused;
@@ -62,8 +60,7 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
     if let Some(place) = log {
         place.write(&made)?;
     }
-    let ground = episode.grounds.last().map(|ground| ground.domain());
-    let ended = ended_text(&episode.report.ended, ground);
+    let ended = super::reason_in_words(&episode.report);
     match args.common.json {
         true => emit(json!({
             "solved": episode.report.solved, "reason": ended, "decisions": episode.report.decisions.len(),
@@ -138,9 +135,8 @@ impl Driver for Window {
                 Driven::Stopped(RECOMPILE) => break true,
                 Driven::Stopped(_) => {
                     let world = EpisodeWorld::of(live.sim().world());
-                    let ended = world.and_then(EpisodeWorld::ended);
-                    let why =
-                        ended.map_or_else(|| "the time is up".into(), |e| ended_text(e, None));
+                    let ended = world.and_then(EpisodeWorld::ended_in_words);
+                    let why = ended.unwrap_or_else(|| "the time is up".into());
                     if self.view.hold(live, &why)? != Driven::WentBack {
                         break false;
                     }

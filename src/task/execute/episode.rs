@@ -296,7 +296,7 @@ pub fn episode_observed(
 }
 
 /// Returns how an episode ended, as a part of a sentence. `ground` is the problem that the planner had last.
-fn ended_in_words(ended: &Ended, ground: &GroundProblem) -> String {
+pub(super) fn ended_in_words(ended: &Ended, ground: &GroundProblem) -> String {
     let action = |symbol: &str| ground.in_words(symbol).unwrap_or(symbol).to_owned();
     let named = |id: &String| {
         let mut names = ground.object_names();

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::EpisodeSpec;
 use super::cell::Cell;
+use super::episode::ended_in_words;
 use super::live::{Live, Phase, Tools};
 use super::log::Log;
 use super::model::{Seen, TaskModel};
@@ -130,6 +131,11 @@ impl EpisodeWorld {
             Phase::Over(ended) => Some(ended),
             _ => None,
         }
+    }
+
+    /// Returns how the episode ended, as a part of a sentence; `None` while it runs.
+    pub fn ended_in_words(&self) -> Option<String> {
+        self.ended().map(|ended| ended_in_words(ended, &self.model.ground))
     }
 
     /// Returns the scene; `None` before the first reset.
