@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::collections::{BTreeMap, BTreeSet};
+#[cfg(feature = "physics")]
+use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use symbolt::sim::Seed;
@@ -17,7 +19,10 @@ use symbolt::task::{Recording, Snapshot};
 struct Named {
     lists: Vec<Vec<(String, String)>>,
     objects: Vec<String>,
+    /// Facts that people see, and those that only the planner needs; compared for the tasks, which need physics.
+    #[cfg_attr(not(feature = "physics"), allow(dead_code))]
     shown: usize,
+    #[cfg_attr(not(feature = "physics"), allow(dead_code))]
     hidden: usize,
 }
 
