@@ -1,5 +1,10 @@
 // One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
 
+// "a nut is in a nut pocket" beside the name of the nut: "in a nut pocket".
+function withoutSubject(sentence) {
+  return sentence.replace(/^an? .*? is /, "");
+}
+
 class Episode {
   constructor(data, number, names) {
     this.number = number;
@@ -81,7 +86,7 @@ class Episode {
       const [, state, reference] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null, null];
       const on = reference ? ` (${this.names.say(reference)})` : "";
       const held = this.heldAt(time) === part ? "in the hand" : "in no known state";
-      return { name: this.names.say(id), state, words: state ? `${this.names.say(state)}${on}` : held };
+      return { name: this.names.say(id), state, words: state ? `${withoutSubject(this.names.say(state))}${on}` : held };
     });
   }
 
