@@ -85,8 +85,8 @@ class Episode {
     return this.film.held.objects.map(({ id, part, changes }) => {
       const [, state, reference] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null, null];
       const on = reference ? ` (${this.names.say(reference)})` : "";
-      const held = this.heldAt(time) === part ? "in the hand" : "in no known state";
-      return { name: this.names.say(id), state, words: state ? `${withoutSubject(this.names.say(state))}${on}` : held };
+      const known = state ? `${withoutSubject(this.names.say(state))}${on}` : "in no known state";
+      return { name: this.names.say(id), state, words: this.heldAt(time) === part ? "in the hand" : known };
     });
   }
 

@@ -33,7 +33,12 @@ function missedBy(episode, act) {
   const own = apart.find(({ id }) => id === chosen.object);
   if (!own) return "";
   const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"}`;
-  const said = [`${episode.names.say(own.id)} is ${millimetres(own.across, 0)} mm aside of its target and ${height}`];
+  const name = episode.names.say(own.id);
+  // What was dropped may have fallen to where it belongs.
+  const there = own.across < 1e-3 && Math.abs(own.above) < 1e-3;
+  const said = [there
+    ? `${name} slipped from the fingers, and came to rest at its target all the same`
+    : `${name} is ${millimetres(own.across, 0)} mm beside its target and ${height}`];
   const near = apart.filter(({ id }) => id !== own.id && id !== chosen.reference).sort((a, b) => a.all - b.all)[0];
   if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from that target`);
   return said.join("; ");

@@ -15,7 +15,7 @@ function nowEntries(episode, time, goalWords) {
     add("now", `deciding, for ${((time - act.asked) * 1000).toFixed(0)} of ${act.took.toFixed(0)} ms`);
   } else if (act.action) {
     const over = time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
-    add("now", `doing ${act.words}${over}`);
+    add("now", `doing: ${act.words}${over}`);
     if (act.recovery) add("why so", act.recovery);
   } else {
     add("now", index === episode.acts.length - 1 ? `done: ${episode.outcome()}` : "looking again: it found no way");
@@ -24,7 +24,7 @@ function nowEntries(episode, time, goalWords) {
   const held = episode.heldAt(time);
   add("in the hand", held === undefined ? "nothing" : episode.part(held));
   const terms = episode.goalAt(time);
-  if (terms?.length) add("goal", ...terms.map(({ term, lacking }) => (lacking === 0 ? DONE : OPEN) + term + (lacking > 1 ? ` (${lacking} lacking)` : "")));
+  if (terms?.length) add("goal", ...terms.map(({ term, lacking }) => (lacking === 0 ? DONE : OPEN) + term + (lacking > 1 || (lacking === 1 && /^(every|at least) /.test(term)) ? ` (${lacking} lacking)` : "")));
   else add("goal", goalWords ?? "unknown");
   const places = episode.places(time);
   if (places) add("where things are now", ...places.map(({ name, words }) => `${name}: ${words}`));

@@ -105,7 +105,7 @@ function inWords(value) {
   if (Array.isArray(value)) return value.length ? value.map(inWords).join("; ") : "none";
   if (value === null) return "–";
   if (typeof value === "number" && !Number.isInteger(value)) return String(Number(value.toPrecision(6)));
-  if (typeof value === "object") return Object.entries(value).map(([k, v]) => `${k} ${inWords(v)}`).join(", ");
+  if (typeof value === "object") return Object.keys(value).length === 0 ? "none" : Object.entries(value).map(([k, v]) => `${k} ${inWords(v)}`).join(", ");
   return String(value);
 }
 
@@ -133,6 +133,10 @@ function figuresTable(summary) {
       // Files count episodes from 0.
       const failed = value.map(({ episode, reason }) => `episode ${episode + 1}: ${inWords(reason)}`);
       return [name, failed.length ? failed.join("; ") : "none"];
+    }
+    if (name === "replans_after" && Array.isArray(value)) {
+      const steps = value.map(({ words, action, outcome, times }) => `${words ?? action}: ${outcome}${times > 1 ? `, ${times} times` : ""}`);
+      return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
     }
     if (name === "interval95" && Array.isArray(value)) return [`share solved, 95% interval${rough}`, value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
     return [FIGURES[name] ?? name.replaceAll("_", " "), inWords(value)];

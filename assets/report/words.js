@@ -11,7 +11,7 @@ const MEANING = {
   chosen: "The unmet precondition that the planner examines next.",
   motor_gate: "The action that passes the gate once the planner has decided.",
   motor: "The action that the robot carries out.",
-  phase: "The step of its work that the planner is at. One phase is active at a time.",
+  phase: "The step of its work that the planner is at. One phase is active at a time, and two while one gives way to the next.",
   goal_set: "The facts that must hold before the next action of the plan, worked back from the goal.",
   cost: "How far each fact is from what holds now: the more steps, the higher.",
   utility: "How well each action suits the present goal set. The best one wins the race.",

@@ -403,9 +403,15 @@ fn a_failed_step_has_its_moment_its_number_and_a_picture() {
     let found = opened_in(&Window { width: 1366, dark: false }, &dropped, script);
     assert_eq!((&found["hidden"], &found["pictures"]), (&false.into(), &1.into()));
     assert!(number(&found["colours"]) > 20.0, "the picture is blank: {}", found["colours"]);
-    assert!(text(&found["text"]).contains(" mm aside of its target"), "{}", found["text"]);
+    assert!(text(&found["text"]).contains("at its target all the same"), "{}", found["text"]);
     assert_eq!(found["time"], found["until"]);
     assert_eq!(found["row"], "dropped");
+    // The same, had its target been ten metres off.
+    let missed = dropped.replacen(r#""target":{"position":[0."#, r#""target":{"position":[10."#, 1);
+    assert_ne!(missed, dropped);
+    let found = opened_in(&Window { width: 1366, dark: false }, &missed, script);
+    let said = text(&found["text"]);
+    assert!(said.contains("is 10000 mm beside its target and at its height"), "{said}");
 }
 
 fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {

@@ -307,6 +307,7 @@ fn steps(report: &EpisodeReport) -> Grid {
             (None, _) if decision.begun => {
                 decision.outcome().map_or("cut short".into(), |o| o.to_string())
             }
+            (None, _) if index + 1 < report.decisions.len() => unbroken("no way found"),
             (None, Ended::GoalMet) => unbroken("goal met"),
             (None, _) => "stuck".to_owned(),
         };

@@ -80,16 +80,15 @@ impl GroundProblem {
         words.or_else(|| Some(&self.action_words[action()?])).map(String::as_str)
     }
 
-    /// Returns whether a fact is one that only the planner needs: that a place is free, that something is not in the way, or
-    /// how many objects are left. The facts of the goal are not.
+    /// Returns whether a fact is one that only the planner needs: about one of the places of a state, such as that it is free, or
+    /// about what is in the way. Learned conditions and the facts of the goal are not.
     ///
     /// # Panics
     /// If the fact is not a state of [`GroundProblem::domain`].
     pub fn is_planner_only(&self, fact: StateId) -> bool {
         let test = &self.tests[fact.index()];
         let exact = test.of.iter().any(|(_, place)| place.is_some());
-        let counted = test.most.is_some() || test.least != 1 || !test.except.is_empty();
-        (exact || counted || test.given) && !self.goals.contains(&fact)
+        (exact || test.given) && !self.goals.contains(&fact)
     }
 
     /// Returns an obstacle in words.
