@@ -35,6 +35,7 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     let progress = Progress::new(&args.common);
     let goals = wanted(&domain, args.goal.as_deref())?;
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
+    let symbols = goals.iter().map(|goal| domain.goal_in_symbols(goal)).collect();
     let layout = look(&args.grounding, &domain, &scene)?;
     progress.say(format!("planning towards {}", words.join(", ")));
     let planned = args.planner.domain(&domain);
@@ -46,7 +47,8 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     drop(progress);
     let planner = &args.planner;
     let first = first(&plan, &planned);
-    let shown = Shown { domain: &planned, layout: &layout, plan: &plan, words, planner, first };
+    let shown =
+        Shown { domain: &planned, layout: &layout, plan: &plan, words, symbols, planner, first };
     let text = if args.common.json { shown.json().to_string() } else { shown.table() };
     out.write(&text)?;
     Ok(match (&plan.end, plan.moves.is_empty()) {
@@ -101,8 +103,9 @@ struct Shown<'p> {
     domain: &'p RelationalDomain,
     layout: &'p Layout,
     plan: &'p ScenePlan,
-    /// The terms of the goal.
+    /// The terms of the goal, as sentences and in symbols.
     words: Vec<String>,
+    symbols: Vec<String>,
     planner: &'p PlannerArgs,
     /// The first decision, with the ground domain that it is about. Its milestones name operators.
     first: Option<(&'p Domain, Decision)>,
@@ -157,8 +160,9 @@ impl Shown<'_> {
             "steps": moves.iter().map(step).collect::<Vec<_>>(),
             "plan_end": end_key(&self.plan.end),
             "reason": reason,
-            "goal": self.words.join(", "),
-            "goals": self.words,
+            "goal": self.symbols.join(", "),
+            "goals": self.symbols,
+            "goal_words": self.words.join(", and "),
             "dropped": dropped.collect::<Vec<_>>(),
             "planner": self.planner.kind().name(),
             "mode": self.planner.mode,

@@ -50,17 +50,20 @@ impl RelationalDomain {
     /// Returns the goal of the demonstrations in symbols, such as `KNIFE_AT_PLATE at each plate, CUP_PLACED`; empty if there is
     /// none.
     pub fn goals_in_symbols(&self) -> String {
-        let term = |goal: &GoalTerm| {
-            let (state, kind) = (&self.states[goal.state], self.states[goal.state].frame.name());
-            let many = |n: usize| if n == 1 { String::new() } else { format!("{n} x ") };
-            let within = goal.reference.map(|r| format!(" at a {kind} in {}", self.states[r].name));
-            match goal.quantity {
-                Quantity::AtLeast(n) => many(n) + &state.name + &within.unwrap_or_default(),
-                Quantity::EachReference(n) => format!("{}{} at each {kind}", many(n), state.name),
-                Quantity::EachObject => format!("{} for each {}", state.name, state.kind),
-            }
-        };
-        self.goals.iter().map(term).collect::<Vec<_>>().join(", ")
+        let terms: Vec<String> = self.goals.iter().map(|goal| self.goal_in_symbols(goal)).collect();
+        terms.join(", ")
+    }
+
+    /// Returns a term of a goal in symbols, such as `KNIFE_AT_PLATE at each plate`.
+    pub fn goal_in_symbols(&self, goal: &GoalTerm) -> String {
+        let (state, kind) = (&self.states[goal.state], self.states[goal.state].frame.name());
+        let many = |n: usize| if n == 1 { String::new() } else { format!("{n} x ") };
+        let within = goal.reference.map(|r| format!(" at a {kind} in {}", self.states[r].name));
+        match goal.quantity {
+            Quantity::AtLeast(n) => many(n) + &state.name + &within.unwrap_or_default(),
+            Quantity::EachReference(n) => format!("{}{} at each {kind}", many(n), state.name),
+            Quantity::EachObject => format!("{} for each {}", state.name, state.kind),
+        }
     }
 
     /// Returns the symbols of all states, then of all actions.
