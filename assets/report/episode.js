@@ -1,6 +1,6 @@
 // One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
 
-// "a nut is in a nut pocket" beside the name of the nut: "in a nut pocket".
+// A statement without its subject, to stand beside the name of the object.
 function withoutSubject(sentence) {
   return sentence.replace(/^an? .*? is /, "");
 }
