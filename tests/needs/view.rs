@@ -97,7 +97,7 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     page.click("#expression");
     page.types("SCREW");
     page.click("#similar");
-    page.until("document.getElementById('said').textContent.includes('SCREW')");
+    page.until("document.getElementById('refusal').textContent.includes('SCREW')");
     assert_eq!(page.value("window.symbolt.page.plots.all.length"), 2);
     let csv = page.value("window.symbolt.page.plots.all[1].csv()");
     let csv = csv.as_str().unwrap();
@@ -122,7 +122,7 @@ fn the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone() {
     );
     page.until("document.documentElement.dataset.theme === 'dark'");
     assert_eq!(page.value("document.documentElement.scrollWidth <= innerWidth"), true);
-    page.value("document.activeElement.blur()");
+    page.value("document.querySelector('[data-step=\"1\"]').focus()");
     page.press("ArrowRight", "");
     page.until("window.symbolt.page.frame.tick === 1");
     page.press("ArrowLeft", "");
