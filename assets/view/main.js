@@ -7,8 +7,8 @@ class LivePage {
     Object.assign(this, { frame: null, scene: null, dirty: false });
     this.session = new Session({
       hello: (hello) => this.begin(hello), frame: (frame) => this.take(frame), standing: (standing) => this.stand(standing),
-      log: (log) => this.log(log), refused: (why, { plot }) => this.refuse(why, plot), plotted: (plotted) => this.plots.begun(plotted),
-      saved: (text) => download("interventions.jsonl", "application/jsonl", text), closed: (why) => this.closed(why),
+      log: (log) => this.log(log), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
+      sent: () => this.refusal(""), saved: (text) => download("interventions.jsonl", "application/jsonl", text), closed: (why) => this.closed(why),
     });
     this.plots = new Plots(byId("plots"), this.session);
     this.touch = new Touch(this.session, this.plots);
@@ -44,7 +44,8 @@ class LivePage {
   }
 
   key(event) {
-    const typing = event.target.closest?.("input, select, textarea, button, canvas");
+    const pressed = event.target.closest?.("button") && (event.key === " " || event.key === "Enter");
+    const typing = pressed || event.target.closest?.("input, select, textarea, canvas");
     if (event.ctrlKey || event.metaKey || event.altKey || typing) return;
     const many = event.shiftKey ? 10 : 1;
     const acts = {
@@ -52,7 +53,7 @@ class LivePage {
       n: () => this.session.send("until"), "/": () => byId("search").focus(),
     };
     const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!act) return;
+    if (!act || (this.hello?.read_only && event.key !== "/")) return;
     event.preventDefault();
     act();
   }
@@ -68,9 +69,13 @@ class LivePage {
   }
 
   by(name, ticks) {
-    // Near the start it goes back to the start.
-    const most = name === "back" && this.frame ? Math.min(ticks, this.frame.tick) : ticks;
-    if (most > 0) this.session.send(name, { ticks: most });
+    if (name === "step") this.session.send(name, { ticks });
+    // Near the start it goes back as far as it can. A run that failed in its first tick goes back to where it stands.
+    else if (this.canGoBack()) this.session.send("seek", { tick: Math.max(this.frame.tick - ticks, this.frame.earliest) });
+  }
+
+  canGoBack() {
+    return this.frame !== null && (this.frame.tick > this.frame.earliest || Boolean(this.halted));
   }
 
   begin(hello) {
@@ -95,7 +100,6 @@ class LivePage {
     if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene);
     byId("until").hidden = !hello.events;
     this.plots.again();
-    if (byId("said").classList.contains("refused")) this.say("");
     document.documentElement.dataset.ready = "yes";
   }
 
@@ -103,7 +107,11 @@ class LivePage {
     const output = this.hello.graph.nodes.flatMap((node) => node.outputs.map(({ name }) => [name, node.path])).find(([name]) => name === text);
     // A module may be meant by one of its outputs' other names.
     const path = output?.[1] ?? [text, text.split(".")[0]].find((name) => this.modules.has(name));
-    if (!path) return;
+    if (!path) {
+      if (text !== "") this.refuse("nothing has this name");
+      return;
+    }
+    this.refusal("");
     this.network.find(path);
     this.choose(path);
     if (output) {
@@ -146,11 +154,14 @@ class LivePage {
     this.network.show(frame);
     this.plots.show(hello.graph.dt_s, frame.tick, Number(byId("last").value));
     this.scene?.show();
-    document.querySelectorAll("[data-back]").forEach((button) => { button.disabled = hello.read_only || frame.tick <= frame.earliest; });
+    document.querySelectorAll("[data-back]").forEach((button) => { button.disabled = hello.read_only || !this.canGoBack(); });
   }
 
   stand({ doing, halted }) {
-    this.say(halted ? `Stopped: ${halted}. Go back to go on.` : doing);
+    this.halted = halted;
+    const back = this.hello?.read_only ? "" : " Go back to go on.";
+    byId("said").textContent = halted ? `Stopped: ${halted}.${back}` : doing;
+    this.draw();
   }
 
   log({ count, last }) {
@@ -175,18 +186,18 @@ class LivePage {
     if (this.hello) this.network.mark();
   }
 
-  say(text, refused = false) {
-    byId("said").textContent = text;
-    byId("said").classList.toggle("refused", refused);
+  // Says what was refused, until the next command.
+  refusal(text) {
+    byId("refusal").textContent = text;
   }
 
   refuse(why, plot) {
     if (plot !== undefined && plot !== null) this.plots.refused(plot);
-    this.say(`Not possible: ${why}`, true);
+    this.refusal(`Not possible: ${why}`);
   }
 
   closed(why) {
-    this.say(`The window is closed: ${why}.`, true);
+    this.refusal(`The window is closed: ${why}.`);
     document.querySelectorAll("#bar button, #touch button, #log button").forEach((button) => { button.disabled = true; });
   }
 }

@@ -241,7 +241,10 @@ class Plots {
   }
 
   begun({ key, id, names }) {
-    this.all.find((plot) => plot.key === key)?.begin({ id, names });
+    const plot = this.all.find((one) => one.key === key);
+    if (plot) plot.begin({ id, names });
+    // It was removed before the answer came.
+    else this.session.send("unplot", { id });
   }
 
   refused(key) {

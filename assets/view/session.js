@@ -7,7 +7,10 @@ class Session {
     this.socket = new WebSocket(`ws://${location.host}/live`);
     this.socket.binaryType = "arraybuffer";
     this.socket.addEventListener("open", () => this.socket.send(JSON.stringify({ token })));
-    this.socket.addEventListener("close", ({ reason }) => listeners.closed(reason || "the connection is closed"));
+    this.socket.addEventListener("close", ({ reason }) => {
+      const whole = "open the whole address that the command printed, with all that follows #";
+      listeners.closed(token === "" ? whole : reason || "the connection is closed");
+    });
     this.socket.addEventListener("message", ({ data }) => this.hear(data));
   }
 
@@ -23,6 +26,7 @@ class Session {
 
   // Sends a command such as `step` with its settings.
   send(name, settings = {}) {
+    this.listeners.sent();
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ [name]: settings }));
   }
 }

@@ -7,7 +7,11 @@ class Touch {
     const change = (what) => session.send("do", what);
     on("silence", () => change({ silence: { at: this.path } }));
     on("release", () => change({ release: { at: this.path } }));
-    on("noisy", () => change({ noise: { at: this.path, scale: Number(byId("noise").value) } }));
+    on("noisy", () => {
+      const scale = byId("noise").value;
+      if (scale === "") session.listeners.refused("the noise needs a number");
+      else change({ noise: { at: this.path, scale: Number(scale) } });
+    });
     on("values", () => {
       const output = this.output();
       const count = Math.min(output.width, 64);

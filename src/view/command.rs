@@ -1,6 +1,7 @@
 //! What a window may ask for: a closed set of commands, as JSON with one key each.
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::sim::Intervention;
 
@@ -86,7 +87,10 @@ impl Command {
     /// Reads a command and checks the ranges of its numbers. The error is a sentence.
     pub fn parse(text: &str) -> Result<Self, String> {
         let command: Self = serde_json::from_str(text).map_err(|error| {
-            crate::sim::plain(&error.to_string()).chars().take(300).collect::<String>()
+            let number = serde_json::from_str(text).ok().and_then(|value| wrong_number("", &value));
+            number.unwrap_or_else(|| {
+                crate::sim::plain(&error.to_string()).chars().take(300).collect::<String>()
+            })
         })?;
         command.check()?;
         Ok(command)
@@ -129,6 +133,28 @@ impl Command {
     }
 }
 
+/// Returns the key of a plot that is asked for, however wrong the rest is.
+pub(super) fn plot_key(text: &str) -> Option<u32> {
+    let value: Value = serde_json::from_str(text).ok()?;
+    u32::try_from(value.get("plot")?.get("key")?.as_u64()?).ok()
+}
+
+/// Says which number is not a whole one of its range. `parent` is the key of the object.
+fn wrong_number(parent: &str, value: &Value) -> Option<String> {
+    value.as_object()?.iter().find_map(|(name, value)| {
+        let [least, most] = match &**name {
+            "ticks" => [1, MOST_TICKS],
+            "count" => [1, MOST_ROWS[usize::from(parent == "spikes")] as u64],
+            "key" | "id" => [0, u64::from(u32::MAX)],
+            "tick" | "from" => [0, u64::MAX],
+            _ => return wrong_number(name, value),
+        };
+        let right = value.as_u64().is_some_and(|value| (least..=most).contains(&value));
+        (value.is_number() && !right)
+            .then(|| format!("{name} is {value}; expected a whole number from {least} to {most}"))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,7 +178,11 @@ mod tests {
             (r#"{"run":{"speed":0.001}}"#, "expected 0.01 to 1000"),
             (r#"{"run":{"speed":1e999}}"#, "number out of range"),
             (r#"{"step":{"ticks":0}}"#, "expected 1 to 10000000"),
-            (r#"{"step":{"ticks":-1}}"#, "invalid value"),
+            (r#"{"step":{"ticks":-1}}"#, "ticks is -1; expected a whole number from 1 to 10000000"),
+            (
+                r#"{"plot":{"key":1,"what":{"values":{"output":"a","count":-1}}}}"#,
+                "count is -1; expected a whole number from 1 to 64",
+            ),
             (
                 r#"{"plot":{"key":1,"what":{"values":{"output":"a","count":65}}}}"#,
                 "expected 1 to 64",

@@ -99,6 +99,9 @@ impl View {
             let ticks = own.ticks();
             if ticks == 0 {
                 own.publish();
+                if own.abandoned() {
+                    return own.finish(Driven::Ended);
+                }
                 own.wait();
                 continue;
             }
@@ -110,7 +113,8 @@ impl View {
         }
     }
 
-    /// Stands at the end of a run, for the reason `why`, until a window goes back or ends it.
+    /// Stands at the end of a run, for the reason `why`, until a window goes back or ends it. A view that is read-only ends it
+    /// when no window is open.
     ///
     /// # Errors
     /// As [`drive`](Self::drive).
@@ -123,7 +127,7 @@ impl View {
             own.publish();
             own.wait();
             own.obey();
-            if own.ended {
+            if own.ended || own.abandoned() {
                 return own.finish(Driven::Ended);
             }
             if own.live.tick() < end {
@@ -164,6 +168,12 @@ impl<'v, 'l> Loop<'v, 'l> {
                 let outline = graph.outline();
                 view.hub.tell_graph(&json!({ "hello": view.hello(graph, &outline) }));
                 view.standing.epoch = view.standing.epoch.wrapping_add(1);
+                // So do ticks, which count from the start of each run.
+                view.mode = match view.mode {
+                    Mode::To(_) => Mode::Stopped,
+                    Mode::Running { speed, .. } => Mode::running(speed),
+                    mode => mode,
+                };
                 Sampler::new(graph, &outline)
             }
         };
@@ -275,7 +285,11 @@ impl<'v, 'l> Loop<'v, 'l> {
                 self.live.follow(&none).map_err(|error| error.to_string())?;
             }
             Command::Log {} => {
-                self.view.hub.tell(window, &json!({ "saved": self.live.log().to_string() }));
+                if self.view.hub.log_waits(window) {
+                    return Err("the log that was asked for before is still on its way".into());
+                }
+                let log = json!({ "saved": self.live.log().to_string() });
+                self.view.hub.tell_log(window, &log);
             }
             Command::End {} => self.ended = true,
         }
@@ -331,10 +345,18 @@ impl<'v, 'l> Loop<'v, 'l> {
         events.map_or(0, |tell| tell(&SimView::of(self.live.sim()), &mut self.doing))
     }
 
+    /// Returns whether the run cannot go on and nobody is there who could take it back.
+    fn abandoned(&self) -> bool {
+        let hub = &self.view.hub;
+        hub.read_only && self.halted.is_some() && hub.open().is_empty()
+    }
+
     /// Returns how many ticks are due now.
     fn ticks(&mut self) -> u64 {
         let tick = self.live.tick();
-        if self.halted.is_some() {
+        // Nobody can let a run go that is read-only: it starts with the first window.
+        let hub = &self.view.hub;
+        if self.halted.is_some() || hub.read_only && !hub.was_entered() {
             return 0;
         }
         let dt_s = self.dt_s();

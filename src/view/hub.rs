@@ -14,6 +14,8 @@ use super::command::Command;
 pub(super) const MOST_WINDOWS: usize = 10;
 /// Greatest number of answers that wait for a window.
 const MOST_ANSWERS: usize = 256;
+/// Greatest number of their bytes, if there are several.
+const MOST_BYTES: usize = 16_000_000;
 
 /// A command with the number of its window.
 pub(super) type Sent = (u64, Command);
@@ -29,6 +31,8 @@ struct Latest {
 struct Window {
     id: u64,
     answers: VecDeque<Arc<str>>,
+    /// The log of the run, which can be long: it comes after the answers.
+    log: Option<Arc<str>>,
     /// Whether answers were lost because the window does not read.
     lost: bool,
 }
@@ -124,7 +128,7 @@ impl Hub {
         windows.next += 1;
         let (id, standing) = (windows.next, windows.standing.clone());
         let answers = windows.hello.iter().cloned().chain(standing.into_iter().flatten()).collect();
-        windows.open.push(Window { id, answers, lost: false });
+        windows.open.push(Window { id, answers, log: None, lost: false });
         drop(windows);
         self.look_up();
         Ok(id)
@@ -145,8 +149,27 @@ impl Hub {
         let mut windows = locked(&self.windows);
         let window = windows.open.iter_mut().find(|window| window.id == id);
         match window.filter(|window| !window.lost) {
-            Some(window) => Ok(window.answers.pop_front()),
+            Some(window) => Ok(window.answers.pop_front().or_else(|| window.log.take())),
             None => Err(Full),
+        }
+    }
+
+    /// Returns whether there has been a window.
+    pub fn was_entered(&self) -> bool {
+        locked(&self.windows).next > 0
+    }
+
+    /// Returns whether a log waits for a window.
+    pub fn log_waits(&self, id: u64) -> bool {
+        locked(&self.windows).open.iter().any(|window| window.id == id && window.log.is_some())
+    }
+
+    /// Tells a window the log. At most one waits.
+    pub fn tell_log(&self, id: u64, what: &serde_json::Value) {
+        let what: Arc<str> = what.to_string().into();
+        let mut windows = locked(&self.windows);
+        if let Some(window) = windows.open.iter_mut().find(|window| window.id == id) {
+            window.log = Some(what);
         }
     }
 
@@ -181,7 +204,9 @@ impl Hub {
 }
 
 fn put(window: &mut Window, what: Arc<str>) {
-    match window.answers.len() < MOST_ANSWERS {
+    let bytes: usize = window.answers.iter().map(|answer| answer.len()).sum();
+    let room = bytes == 0 || bytes + what.len() <= MOST_BYTES;
+    match room && window.answers.len() < MOST_ANSWERS {
         true => window.answers.push_back(what),
         false => {
             window.lost = true;

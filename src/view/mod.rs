@@ -125,7 +125,8 @@ impl View {
         Self::open(false)
     }
 
-    /// As [`bind`](Self::bind), but windows can only watch. The run goes on at once, in simulated time as on the clock.
+    /// As [`bind`](Self::bind), but windows can only watch. The run starts with the first window, in simulated time as on the clock. It
+    /// ends when it cannot go on and the last window has left.
     ///
     /// # Errors
     /// As [`bind`](Self::bind).
@@ -257,6 +258,15 @@ impl Drop for View {
     }
 }
 
+/// A connection's place among those that are open. Dropping it, in a panic as well, gives the place back.
+struct Connection(Arc<Hub>);
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        self.0.connections.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
 /// Takes connections, each on a thread of its own.
 fn accept(listener: &TcpListener, hub: &Arc<Hub>) {
     for stream in listener.incoming() {
@@ -272,15 +282,13 @@ fn accept(listener: &TcpListener, hub: &Arc<Hub>) {
             hub.connections.fetch_sub(1, Ordering::AcqRel);
             continue;
         }
-        let own = hub.clone();
+        let own = Connection(hub.clone());
         let connected = move || {
-            if let Ok(Some(rest)) = http::receive(&mut stream, &own) {
-                window::talk(stream, rest, &own);
+            if let Ok(Some(rest)) = http::receive(&mut stream, &own.0) {
+                window::talk(stream, rest, &own.0);
             }
-            own.connections.fetch_sub(1, Ordering::AcqRel);
         };
-        if thread::Builder::new().name("view window".into()).spawn(connected).is_err() {
-            hub.connections.fetch_sub(1, Ordering::AcqRel);
-        }
+        // If there is no thread, the connection is dropped with its place.
+        drop(thread::Builder::new().name("view window".into()).spawn(connected));
     }
 }

@@ -1,6 +1,6 @@
 //! One window: its token, its commands, and the latest frame whenever it can take one.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Bytes, Error, Message, WebSocket};
 
-use super::command::{Command, MOST_BYTES};
+use super::command::{Command, MOST_BYTES, plot_key};
 use super::hub::Hub;
 
 /// Time for the token to come.
@@ -43,6 +43,18 @@ fn same(a: &str, b: &str) -> bool {
 /// Why the window's thread ends; nobody asks further.
 struct Gone;
 
+/// A window's place among those that are open. Dropping it, in a panic as well, gives the place back.
+struct Entered<'h> {
+    hub: &'h Hub,
+    id: u64,
+}
+
+impl Drop for Entered<'_> {
+    fn drop(&mut self) {
+        self.hub.leave(self.id);
+    }
+}
+
 struct Talk<'h> {
     socket: WebSocket<TcpStream>,
     hub: &'h Hub,
@@ -50,6 +62,8 @@ struct Talk<'h> {
     blocked: Option<Instant>,
     heard: Instant,
     malformed: usize,
+    /// Whether a message was too long: the socket cannot read another one.
+    oversized: bool,
 }
 
 /// Talks with a window until it is gone.
@@ -62,14 +76,15 @@ pub(super) fn talk(stream: TcpStream, rest: Vec<u8>, hub: &Hub) {
         .max_frame_size(Some(MOST_BYTES))
         .read_buffer_size(16_384);
     let socket = WebSocket::from_partially_read(stream, rest, Role::Server, Some(config));
-    let mut talk = Talk { socket, hub, blocked: None, heard: Instant::now(), malformed: 0 };
+    let mut talk =
+        Talk { socket, hub, blocked: None, heard: Instant::now(), malformed: 0, oversized: false };
     if talk.admitted().is_err() {
         return;
     }
     match hub.enter() {
         Ok(id) => {
+            let _entered = Entered { hub, id };
             let Gone = talk.frames(id);
-            hub.leave(id);
         }
         Err(_) => talk.refuse(CloseCode::Again, "ten windows are open already"),
     }
@@ -119,8 +134,23 @@ impl Talk<'_> {
                 Ok(()) => {}
             }
             std::thread::sleep(NAP);
-            closing = self.socket.read().map(|_| ());
+            closing = match self.oversized {
+                true => self.drain(),
+                false => self.socket.read().map(|_| ()),
+            };
         }
+    }
+
+    /// Throws away a piece of what still comes. A connection that is closed with bytes unread is reset, and its reason lost.
+    fn drain(&mut self) -> Result<(), Error> {
+        self.socket.flush()?;
+        let mut piece = [0; 16_384];
+        for _ in 0..MOST_READ {
+            if self.socket.get_mut().read(&mut piece)? == 0 {
+                return Err(Error::ConnectionClosed);
+            }
+        }
+        Ok(())
     }
 
     /// Reads a message; `None` if none has come.
@@ -132,6 +162,7 @@ impl Talk<'_> {
             }
             Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => Ok(None),
             Err(Error::Capacity(_)) => {
+                self.oversized = true;
                 self.refuse(CloseCode::Size, "a message has more than 64 kB");
                 Err(Gone)
             }
@@ -232,7 +263,11 @@ impl Talk<'_> {
         }
         match refused {
             Some(reason) => {
-                let answer = json!({ "refused": reason }).to_string();
+                let plot = match message {
+                    Message::Text(text) => plot_key(text),
+                    _ => None,
+                };
+                let answer = json!({ "refused": reason, "plot": plot }).to_string();
                 self.write(Some(Message::text(answer)))
             }
             None => Ok(()),

@@ -1,9 +1,9 @@
 //! `symbolt view`: the main job is stopped, disturbed and taken back by hand, and its log repeats it.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::window::{Window, parts};
 
@@ -11,17 +11,7 @@ use crate::window::{Window, parts};
 fn a_motor_that_is_silenced_in_a_window_gives_no_decision_and_its_log_repeats_it() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_symbolt"))
-        .current_dir(here)
-        .args(["view", "--demos", "2", "--quiet", "--log", "log.jsonl"])
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut said = BufReader::new(program.stdout.take().unwrap());
-    let mut line = String::new();
-    said.read_line(&mut line).unwrap();
-    let (port, token) = parts(line.trim().strip_prefix("Open ").unwrap());
-    let mut window = Window::opened(port, &token);
+    let (mut program, mut said, mut window) = started(here);
     let hello = &window.hello["scene"]["parts"];
     assert_eq!(hello.as_array().map(Vec::len), Some(2));
     let what = json!({ "reading": { "name": "goal_set" } });
@@ -61,4 +51,54 @@ fn a_motor_that_is_silenced_in_a_window_gives_no_decision_and_its_log_repeats_it
     let took =
         decisions[0]["took_ms"].as_f64().unwrap() + 1e3 * decisions[0]["asked_s"].as_f64().unwrap();
     assert!((end as f64 - took).abs() < 50.0, "the same end: {end} and {took}");
+}
+
+/// Starts a run in `here`. Returns it with what it says and a window.
+fn started(here: &std::path::Path) -> (Child, BufReader<ChildStdout>, Window) {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_symbolt"))
+        .current_dir(here)
+        .args(["view", "--demos", "2", "--quiet", "--log", "log.jsonl"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut said = BufReader::new(program.stdout.take().unwrap());
+    let mut line = String::new();
+    said.read_line(&mut line).unwrap();
+    let (port, token) = parts(line.trim().strip_prefix("Open ").unwrap());
+    (program, said, Window::opened(port, &token))
+}
+
+#[test]
+fn a_run_that_a_window_ends_early_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut program, mut said, mut window) = started(folder.path());
+    window.goes(&json!({ "step": { "ticks": 30 } }), 30);
+    window.send(&json!({ "end": {} }));
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    assert!(program.wait().unwrap().success());
+    assert_eq!(rest, "Ended after 0 decisions: ended by a window. 0 interventions in the log.\n");
+}
+
+#[test]
+fn the_log_of_a_run_that_failed_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut program, _said, mut window) = started(folder.path());
+    let nodes = window.hello["graph"]["nodes"].as_array().unwrap();
+    let within = |node: &&Value| node["path"].as_str().unwrap().starts_with("planner/motor");
+    let mut outputs =
+        nodes.iter().filter(within).flat_map(|node| node["outputs"].as_array().unwrap());
+    let wide = outputs.find(|output| output["width"].as_u64() > Some(0)).unwrap();
+    let values = vec![3e38; wide["width"].as_u64().unwrap() as usize];
+    let clamp = json!({ "clamp": { "output": wide["name"], "values": values } });
+    window.goes(&json!({ "step": { "ticks": 5 } }), 5);
+    window.send(&json!({ "do": clamp }));
+    window.send(&json!({ "step": { "ticks": 50 } }));
+    while window.answer("standing")["halted"].is_null() {}
+    window.send(&json!({ "end": {} }));
+    assert!(!program.wait().unwrap().success());
+    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
+    assert_eq!(log.lines().count(), 1);
+    assert!(log.starts_with("{\"tick\":5,\"do\":{\"clamp\""), "{log:.100}");
 }

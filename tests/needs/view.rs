@@ -18,6 +18,8 @@ pub fn trials() -> Vec<Trial> {
         named![
             a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for,
             the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone,
+            a_refusal_goes_with_the_next_command_and_a_failed_run_is_taken_back_by_hand,
+            an_address_without_its_token_says_what_to_open,
         ],
     )
 }
@@ -97,7 +99,7 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     page.click("#expression");
     page.types("SCREW");
     page.click("#similar");
-    page.until("document.getElementById('said').textContent.includes('SCREW')");
+    page.until("document.getElementById('refusal').textContent.includes('SCREW')");
     assert_eq!(page.value("window.symbolt.page.plots.all.length"), 2);
     let csv = page.value("window.symbolt.page.plots.all[1].csv()");
     let csv = csv.as_str().unwrap();
@@ -122,7 +124,7 @@ fn the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone() {
     );
     page.until("document.documentElement.dataset.theme === 'dark'");
     assert_eq!(page.value("document.documentElement.scrollWidth <= innerWidth"), true);
-    page.value("document.activeElement.blur()");
+    page.value("document.querySelector('[data-step=\"1\"]').focus()");
     page.press("ArrowRight", "");
     page.until("window.symbolt.page.frame.tick === 1");
     page.press("ArrowLeft", "");
@@ -139,6 +141,55 @@ fn the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone() {
         page.value("scrollTo(0, 0)");
         page.picture(&std::path::Path::new(&folder).join("phone.png"));
     }
+    drop(page);
+    served.ended();
+}
+
+fn a_refusal_goes_with_the_next_command_and_a_failed_run_is_taken_back_by_hand() {
+    let served = served(spiking());
+    let mut page = opened(&served, 1366, 1000);
+    let refused = |page: &mut Devtools, why: &str| {
+        page.until(&format!("document.getElementById('refusal').textContent.includes('{why}')"));
+    };
+    page.click("#search");
+    page.types("nowhere");
+    page.press("Enter", "\r");
+    refused(&mut page, "nothing has this name");
+    page.click("#network [data-path=\"memory\"]");
+    page.value("document.getElementById('noise').value = ''");
+    page.click("#noisy");
+    refused(&mut page, "needs a number");
+    page.value(
+        "window.symbolt.page.plots.add('wrong', { values: { output: 'memory.output', count: 1.5 } })",
+    );
+    refused(&mut page, "count is 1.5; expected a whole number from 1 to 64");
+    page.until("window.symbolt.page.plots.all.length === 0");
+    // A plot that is removed before its answer is removed from the run as well.
+    page.value("{ const { plots } = window.symbolt.page; plots.add('early', { values: { output: 'memory.output', count: 1 } }); plots.remove(plots.all[0]); }");
+    page.click("[data-step=\"1\"]");
+    page.until(
+        "window.symbolt.page.frame.tick === 1 && window.symbolt.page.frame.plots.length === 0",
+    );
+    assert_eq!(page.value("document.getElementById('refusal').textContent"), "");
+    page.until("document.querySelector('[data-back=\"1\"]').disabled === false");
+    page.click("[data-back=\"1\"]");
+    page.until("window.symbolt.page.frame.tick === 0");
+    page.value("window.symbolt.page.session.send('do', { clamp: { output: 'memory.output', values: Array(64).fill(3e38) } })");
+    page.click("[data-step=\"100\"]");
+    page.until("Boolean(window.symbolt.page.halted)");
+    page.until("document.querySelector('[data-back=\"100\"]').disabled === false");
+    page.click("[data-back=\"100\"]");
+    page.until("!window.symbolt.page.halted && window.symbolt.page.frame.tick === 0");
+    drop(page);
+    served.ended();
+}
+
+fn an_address_without_its_token_says_what_to_open() {
+    let served = served(spiking());
+    let mut page = Devtools::open(&format!("http://127.0.0.1:{}/", served.port), 800, 600);
+    page.until(
+        "document.getElementById('refusal')?.textContent.includes('open the whole address')",
+    );
     drop(page);
     served.ended();
 }

@@ -172,6 +172,45 @@ fn commands_that_are_malformed_oversized_or_out_of_range_are_refused() {
 }
 
 #[test]
+fn messages_of_more_than_64_kb_that_arrive_whole_leave_room_for_windows() {
+    let served = served(exact());
+    for turn in 0..70 {
+        let mut window = if turn % 2 == 0 { served.window() } else { served.unknown() };
+        // The server may close before all is written.
+        let _ = window.socket.send(Message::text("A".repeat(66_000)));
+        if turn < 2 {
+            assert_eq!(window.closed(), "a message has more than 64 kB");
+        } else {
+            window.closed();
+        }
+    }
+    let own = format!("127.0.0.1:{}", served.port);
+    let page = answered(&served, format!("GET / HTTP/1.1\r\nHost: {own}\r\n\r\n").as_bytes());
+    assert!(page.starts_with("HTTP/1.1 200 "), "{page:.200}");
+    unharmed(served);
+}
+
+#[test]
+fn a_plot_that_is_refused_before_the_run_sees_it_is_refused_by_its_key() {
+    let served = served(exact());
+    let mut window = served.window();
+    let what = json!({ "values": { "output": "memory.output", "count": -1 } });
+    window.send(&json!({ "plot": { "key": 7, "what": what } }));
+    let text = loop {
+        if let Message::Text(text) = window.socket.read().unwrap()
+            && text.contains("refused")
+        {
+            break text;
+        }
+    };
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["plot"], 7);
+    assert_eq!(answer["refused"], "count is -1; expected a whole number from 1 to 64");
+    drop(window);
+    unharmed(served);
+}
+
+#[test]
 fn a_flood_of_commands_and_windows_that_vanish_leave_the_run_unharmed() {
     let served = served(exact());
     let mut other = served.window();

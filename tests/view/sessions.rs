@@ -1,11 +1,16 @@
 //! Sessions: steps, plots, changes and the way back, with the bits of a run that nobody watches.
 
+use std::ops::ControlFlow;
+
 use serde_json::json;
 use symbolt::prelude::*;
-use symbolt::sim::{Checkpoint, Intervention, InterventionLog, Live, LiveOptions};
+use symbolt::sim::{
+    Checkpoint, Intervention, InterventionLog, Live, LiveOptions, SimView, StopReason,
+};
+use symbolt::view::{Driven, View};
 
 use crate::model::{CHOICES, model};
-use crate::window::{samples, served};
+use crate::window::{Window, parts, samples, served};
 
 fn spiking() -> Simulator {
     model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64).unwrap()
@@ -144,6 +149,55 @@ fn a_goal_is_typed_as_an_expression_and_noise_and_releases_are_logged() {
         symbolt::spa::OutputVocabulary::of(live.sim().graph(), "memory.output").unwrap();
     let bolt = symbolt::spa::dot(memory, &vocabulary.parse("BOLT").unwrap());
     assert!(bolt > 0.3, "the memory has taken up the typed goal: {bolt}");
+}
+
+#[test]
+fn a_step_ends_where_another_graph_begins() {
+    let mut view = View::bind().unwrap();
+    let (port, token) = parts(view.address());
+    let run = std::thread::spawn(move || {
+        let live = || Live::new(spiking(), LiveOptions::default()).unwrap();
+        let stop = |view: SimView<'_>| match view.tick() >= 5 {
+            true => ControlFlow::Break(StopReason::Condition("compiled anew")),
+            false => ControlFlow::Continue(()),
+        };
+        assert!(matches!(view.drive(&mut live(), stop).unwrap(), Driven::Stopped(_)));
+        let mut second = live();
+        let going = |_: SimView<'_>| ControlFlow::Continue(());
+        assert_eq!(view.drive(&mut second, going).unwrap(), Driven::Ended);
+        second.tick()
+    });
+    let mut window = Window::opened(port, &token);
+    window.send(&json!({ "step": { "ticks": 1_000 } }));
+    window.answer("hello");
+    window.stands_at(0);
+    window.send(&json!({ "end": {} }));
+    assert_eq!(run.join().unwrap(), 0);
+}
+
+#[test]
+fn a_read_only_run_starts_with_its_first_window_and_is_over_without_one() {
+    let mut view = View::bind_read_only().unwrap();
+    let (port, token) = parts(view.address());
+    let (tell, told) = std::sync::mpsc::channel();
+    let run = std::thread::spawn(move || {
+        let mut live = Live::new(spiking(), LiveOptions::default()).unwrap();
+        let stop = |view: SimView<'_>| match view.tick() >= 20 {
+            true => ControlFlow::Break(StopReason::Condition("done")),
+            false => ControlFlow::Continue(()),
+        };
+        assert!(matches!(view.drive(&mut live, stop).unwrap(), Driven::Stopped(_)));
+        tell.send(live.tick()).unwrap();
+        view.hold(&mut live, "done").unwrap()
+    });
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert!(told.try_recv().is_err(), "nobody looks yet");
+    let mut window = Window::opened(port, &token);
+    assert_eq!(told.recv().unwrap(), 20);
+    while window.frame().0.mode != 2 {}
+    assert!(!run.is_finished(), "a window is open");
+    drop(window);
+    assert_eq!(run.join().unwrap(), Driven::Ended);
 }
 
 #[test]

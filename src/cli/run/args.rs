@@ -65,11 +65,13 @@ pub(crate) struct RunArgs {
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub run: RunArgs,
-    /// Let windows watch the run, but not change it; it begins at once
-    #[arg(long)]
+    /// Let windows watch the run, but not change it; it begins with the
+    /// first window, and ends when it is over and the last has left
+    #[arg(verbatim_doc_comment, long)]
     pub read_only: bool,
-    /// File to write the log of interventions to when the run is ended
-    #[arg(long, value_name = "FILE")]
+    /// File to write the log of interventions to when the run has ended
+    /// or failed; Ctrl-C loses it
+    #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub log: Option<PathBuf>,
 }
 

@@ -52,15 +52,17 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
         true => emit(json!({ "address": view.address() }))?,
         false => emit(format!("Open {}", view.address()))?,
     }
-    let mut window = Window { view, log: None };
-    let episode = prepared
-        .run_driven(&mut Ignore, &mut window)
-        .map_err(|error| of_interventions(error, args))?;
+    let mut window = Window { view, log: None, ended: false };
+    let driven = prepared.run_driven(&mut Ignore, &mut window);
     let made = window.log.unwrap_or_default();
-    if let Some(place) = log {
-        place.write(&made)?;
-    }
-    let ended = super::reason_in_words(&episode.report);
+    // A run that failed is worth repeating as well.
+    let written = log.map(|place| place.write(&made)).transpose();
+    let episode = driven.map_err(|error| of_interventions(error, args))?;
+    written?;
+    let ended = match window.ended {
+        true => "ended by a window".into(),
+        false => super::reason_in_words(&episode.report),
+    };
     match args.common.json {
         true => emit(json!({
             "solved": episode.report.solved, "reason": ended, "decisions": episode.report.decisions.len(),
@@ -118,6 +120,36 @@ struct Window {
     view: View,
     /// The interventions in the first planner graph.
     log: Option<InterventionLog>,
+    /// Whether a window ended the run before its end.
+    ended: bool,
+}
+
+impl Window {
+    /// Returns whether the episode goes on in another graph.
+    fn goes_on(
+        &mut self,
+        live: &mut Live,
+        stop: &mut dyn FnMut(SimView<'_>) -> Stop,
+    ) -> Result<bool, LiveError> {
+        loop {
+            match self.view.drive(live, &mut *stop)? {
+                Driven::Stopped(RECOMPILE) => return Ok(true),
+                Driven::Stopped(_) => {
+                    let world = EpisodeWorld::of(live.sim().world());
+                    let ended = world.and_then(EpisodeWorld::ended_in_words);
+                    let why = ended.unwrap_or_else(|| "the time is up".into());
+                    if self.view.hold(live, &why)? != Driven::WentBack {
+                        return Ok(false);
+                    }
+                }
+                Driven::WentBack => {}
+                Driven::Ended => {
+                    self.ended = true;
+                    return Ok(false);
+                }
+            }
+        }
+    }
 }
 
 impl Driver for Window {
@@ -130,21 +162,7 @@ impl Driver for Window {
         live: &mut Live,
         stop: &mut dyn FnMut(SimView<'_>) -> Stop,
     ) -> Result<bool, LiveError> {
-        let goes_on = loop {
-            match self.view.drive(live, &mut *stop)? {
-                Driven::Stopped(RECOMPILE) => break true,
-                Driven::Stopped(_) => {
-                    let world = EpisodeWorld::of(live.sim().world());
-                    let ended = world.and_then(EpisodeWorld::ended_in_words);
-                    let why = ended.unwrap_or_else(|| "the time is up".into());
-                    if self.view.hold(live, &why)? != Driven::WentBack {
-                        break false;
-                    }
-                }
-                Driven::WentBack => {}
-                Driven::Ended => break false,
-            }
-        };
+        let goes_on = self.goes_on(live, stop);
         match self.log {
             None => self.log = Some(live.log()),
             Some(_) if live.made().is_empty() => {}
@@ -155,9 +173,9 @@ impl Driver for Window {
                 ));
             }
         }
-        if goes_on {
+        if matches!(goes_on, Ok(true)) {
             self.view.forget_readings();
         }
-        Ok(goes_on)
+        goes_on
     }
 }
