@@ -64,6 +64,11 @@ impl Mutexes {
         Self { count, together }
     }
 
+    /// Returns whether no two of these fluents exclude each other.
+    pub(super) fn allow_all(&self, fluents: &[usize]) -> bool {
+        fluents.iter().all(|a| fluents.iter().all(|b| self.allowed(*a, *b)))
+    }
+
     fn allowed(&self, a: usize, b: usize) -> bool {
         self.together[a * self.count + b]
     }
@@ -98,7 +103,7 @@ impl Search<'_> {
     /// Applies an operator if its preconditions may hold together.
     fn meet(&mut self, operator: usize) {
         let GroundOperator { preconditions: needs, adds, .. } = &self.problem.operators[operator];
-        if needs.iter().all(|a| needs.iter().all(|b| self.pairs.allowed(*a, *b))) {
+        if self.pairs.allow_all(needs) {
             self.applicable[operator] = true;
             for a in adds {
                 adds.iter().for_each(|b| self.allow(*a, *b));

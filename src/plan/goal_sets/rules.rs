@@ -79,10 +79,6 @@ impl Regression {
 
     /// Returns whether the preconditions of an operator may hold together.
     pub(super) fn possible(&self, operator: &Regressed) -> bool {
-        let needs = &operator.preconditions;
-        !needs
-            .iter()
-            .enumerate()
-            .any(|(i, a)| needs[..i].iter().any(|b| self.mutexes.excludes(*a, *b)))
+        self.mutexes.allow_all(&operator.preconditions)
     }
 }

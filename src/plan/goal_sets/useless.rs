@@ -16,7 +16,8 @@ const MAX_STEPS: usize = 400_000_000;
 /// Costs O(operators x (size of the problem)) at most.
 pub(super) fn useless(problem: &Grounded, mutexes: &Mutexes) -> Vec<bool> {
     let operators = &problem.operators;
-    let mut useless: Vec<bool> = operators.iter().map(|o| !applicable(o, mutexes)).collect();
+    let mut useless: Vec<bool> =
+        operators.iter().map(|o| !mutexes.allow_all(&o.preconditions)).collect();
     let mut reach = Reach::new(problem);
     let mut steps = 0;
     for (place, operator) in operators.iter().enumerate() {
@@ -39,11 +40,6 @@ pub(super) fn useless(problem: &Grounded, mutexes: &Mutexes) -> Vec<bool> {
         }
     }
     useless
-}
-
-fn applicable(operator: &GroundOperator, mutexes: &Mutexes) -> bool {
-    let needs = &operator.preconditions;
-    needs.iter().all(|a| needs.iter().all(|b| !mutexes.excludes(*a, *b)))
 }
 
 /// What can be reached if nothing is made false.
