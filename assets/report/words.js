@@ -42,6 +42,7 @@ const PHASES = {
   Done: "The goal holds.",
   Stuck: "Some part of the goal cannot be reached.",
   Tired: "Too many dead ends: begins anew.",
+  Widen: "No way is left: tries all actions that are possible.",
 };
 
 // How an episode ended. Actions and states have the domain's names. In a domain with frames, an obstacle is about the

@@ -82,6 +82,8 @@ pub(super) struct Turns<'a> {
     pub freed: &'a [usize],
     /// The slot to go on with after a dead end becomes the next one.
     pub back: usize,
+    /// Dead ends are forgotten in these phases.
+    pub revives: &'a [usize],
     /// The present slot is the first, or the last.
     pub ends: [usize; 2],
     /// Some slot is taken and no dead end, apart from the present one.
@@ -262,7 +264,7 @@ fn retreat(
     w.link(phases, &leave, back());
     let dead = w.latches("dead", slots);
     w.link(&leave, &dead, each(slots, 1.2));
-    w.link(phases, &dead, spread(turns.start, slots, -5.0));
+    w.link(phases, &dead, turns.revives.iter().flat_map(|p| spread(*p, slots, -5.0)));
     let left = w.units("left", slots);
     w.link(marks, &left, each(slots, 1.0));
     w.link(&dead, &left, each(slots, -1.3));

@@ -47,21 +47,23 @@ pub(in crate::plan::goal_sets) enum Phase {
     /// There were many dead ends. Waits until the phase before has ended: the next one forgets the dead ends, and without them the
     /// phase before would lead elsewhere.
     Tired,
+    /// No slot is left. Forgets the dead ends, and goes on with all operators that can be applied.
+    Widen,
 }
 
 use Phase::{
     Back, Check, Done, Fetch, Look, Mark, Next, Race, Read, Rest, Settle, Show, Start, Step, Stuck,
-    Tired, Up, Veto, Wave, Write,
+    Tired, Up, Veto, Wave, Widen, Write,
 };
 
 impl Phase {
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Start, Write, Settle, Look, Wave, Race, Check, Veto, Back, Read, Mark, Rest, Up, Step,
-        Fetch, Show, Next, Done, Stuck, Tired,
+        Fetch, Show, Next, Done, Stuck, Tired, Widen,
     ];
 }
 
-items!(Phase: Tired, Signal: Idle);
+items!(Phase: Widen, Signal: Idle);
 
 impl Timed for Phase {
     fn millis(self) -> f64 {
@@ -72,7 +74,7 @@ impl Timed for Phase {
             Start | Wave => 14.0,
             Settle => 15.0,
             Write | Mark | Step => 18.0,
-            Read | Fetch | Tired => 26.0,
+            Read | Fetch | Tired | Widen => 26.0,
             Check => 24.0,
             Race | Show | Done | Stuck => 60.0,
         }
@@ -122,6 +124,8 @@ pub(in crate::plan::goal_sets) enum Signal {
     Left,
     /// So many slots are dead ends that it pays to begin anew.
     Weary,
+    /// Operators outside the relaxed plan are tried as well.
+    Wide,
     /// A marked slot follows.
     Follows,
     /// No action is shown, or one of its preconditions does not hold, or all its effects do.
@@ -132,7 +136,7 @@ pub(in crate::plan::goal_sets) enum Signal {
 
 use Signal::{
     Beyond, Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open,
-    Reached, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Weary, Won,
+    Reached, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Weary, Wide, Won,
 };
 
 /// Signals that must have lasted, and for how many milliseconds.
@@ -167,7 +171,9 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::After(Back), Read, &[Left], &[], &[Weary]),
     (When::After(Back), Tired, &[Weary], &[], &[]),
     (When::After(Tired), Start, &[], &[], &[]),
-    (When::After(Back), Start, &[], &[], &[Left, Weary]),
+    (When::After(Back), Widen, &[], &[], &[Left, Weary, Wide]),
+    (When::After(Widen), Read, &[], &[], &[]),
+    (When::After(Back), Start, &[Wide], &[], &[Left, Weary]),
     (When::After(Read), Settle, &[], &[], &[]),
     (When::After(Mark), Rest, &[], &[], &[First]),
     (When::After(Mark), Step, &[First], &[], &[]),
@@ -192,6 +198,8 @@ pub(super) struct Control {
     pub elapsed: Group,
     /// One unit: the last search found no plan.
     pub restless: Group,
+    /// One unit: operators outside the relaxed plan are tried as well.
+    pub wide: Group,
 }
 
 impl Control {
@@ -222,6 +230,9 @@ impl Control {
         let changes = [(Write, 1.2), (Read, 1.2), (Wave, -4.0)];
         w.link(&phases, &stale, changes.map(|(phase, weight)| (phase.place(), 0, weight)));
         w.link(&stale, &signals, [(0, Stale.place(), 1.0)]);
-        Self { phases, signals, elapsed, restless }
+        let wide = w.latches("wide", 1);
+        w.link(&phases, &wide, [(Widen.place(), 0, 1.2), (Start.place(), 0, -4.0)]);
+        w.link(&wide, &signals, [(0, Wide.place(), 1.0)]);
+        Self { phases, signals, elapsed, restless, wide }
     }
 }

@@ -24,6 +24,8 @@ const COMPLETES: Real = 0.4;
 const SERVES: Real = 0.1;
 /// Weight of each operator of the relaxed plan that needs what an operator deletes.
 const THREATENS: Real = -0.2;
+/// Weight of an operator outside the relaxed plan, where such are tried.
+const STRAYS: Real = -0.5;
 /// Weight of what an operator uses up for good.
 const SPARES: Real = -0.5;
 /// Phases in which the race becomes easier to win, and the weight of each.
@@ -66,7 +68,7 @@ impl Progression {
         let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
         let adds: usize = problem.operators.iter().map(|o| o.adds.len()).sum();
         let rules = fluents.saturating_mul(26 + 2 * levels(problem));
-        let rules = rules + operators.saturating_mul(16) + 3 * adds;
+        let rules = rules + operators.saturating_mul(17) + 3 * adds;
         rules.saturating_add(Layout::new(fluents, operators, slots).units())
     }
 
@@ -209,11 +211,17 @@ impl Module for ForwardGraph {
 
         let plan = relaxed(w, &rules, (phases, signals), &state, goal);
 
-        // Operators of the relaxed plan that can be applied, and lead to no visited state.
+        // Operators that can be applied, and lead to no visited state: those of the relaxed plan, and where these lead nowhere, all that
+        // achieve something.
         let lacks = w.units("lacks", operators);
         w.link(&plan.absent, &lacks, rules.needs(1.0));
         let eligible = w.units("eligible", operators);
         w.link(&plan.used, &eligible, each(operators, 1.0));
+        let strays = w.units("strays", operators);
+        let useful = (0..operators).filter(|a| !rules.operators[*a].adds.is_empty());
+        w.link(&control.wide, &strays, useful.map(|a| (0, a, 1.0)).collect::<Vec<_>>());
+        w.link(&plan.used, &strays, each(operators, -1.5));
+        w.link(&strays, &eligible, each(operators, 1.0));
         w.link(&lacks, &eligible, each(operators, -1.5));
         w.link(&eligible, signals, gather(operators, Signal::Eligible as usize, 1.0));
         let barred = w.tonic("barred", operators);
@@ -235,6 +243,7 @@ impl Module for ForwardGraph {
         w.link(&plan.needed, &utilities, rules.adds(SERVES));
         w.link(&plan.last, &utilities, rules.adds(COMPLETES));
         w.link(&plan.claims, &utilities, rules.deletes(THREATENS));
+        w.link(&strays, &utilities, each(operators, STRAYS));
         let turns = Turns {
             race: race_phase,
             check: Phase::Check as usize,

@@ -27,6 +27,7 @@ const TURNS: Turns<'static> = Turns {
     veto: at(Phase::Veto),
     freed: &[at(Phase::Start), at(Phase::Write), at(Phase::Read)],
     back: at(Phase::Back),
+    revives: &[at(Phase::Start), at(Phase::Widen)],
     left: Signal::Left as usize,
     ends: [Signal::First as usize, Signal::Last as usize],
     seen: Signal::Seen as usize,

@@ -36,7 +36,7 @@ pub(super) use threats::Threats;
 const LOCK_MS: u64 = 100;
 
 /// Revision of all experiments here. It increases with every change of the planner's outcomes.
-const REVISION: u32 = 7;
+const REVISION: u32 = 8;
 
 /// The planner of a trial.
 #[derive(Debug, Clone, PartialEq)]
