@@ -355,5 +355,5 @@ fn plans_that_no_relaxed_plan_shows_are_found_forward() {
     // Of the first 24 domains with a plan of ten actions, 20 are solved, and 13 by relaxed plans alone. These are five of the others.
     assert_eq!(solved(&[]).len(), 5);
     // The wrong variant goes by relaxed plans alone.
-    assert_eq!(solved(&["forward/strays"]), []);
+    assert_eq!(solved(&["forward/strays"]), Vec::<u64>::new());
 }
