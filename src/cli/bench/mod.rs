@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Error, bail};
 use clap::Args;
-use symbolt::files::{Limit, Overwrite, check_output, write_atomic};
+use symbolt::files::{Limit, Overwrite, check_output, read_beginning, write_atomic};
 use symbolt::neurons::{Population, SelectRule, SolvedFileError, SolvedModel, Tuning};
 use symbolt::sim::{Seed, SimDuration, few, meant};
 use symbolt::study::standard::{Built, Model, Standard};
@@ -327,7 +327,8 @@ fn peak_rss_mb() -> Option<f64> {
 
 /// Returns a size in MB that the system reports in a file under this name.
 fn memory_mb(file: &str, name: &str) -> Option<f64> {
-    let status = std::fs::read_to_string(file).ok()?;
+    let status = read_beginning(Path::new(file), 1 << 14).ok()?;
+    let status = String::from_utf8_lossy(&status);
     let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes / 1e3)

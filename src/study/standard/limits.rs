@@ -1,12 +1,14 @@
 //! What the machine can do: bare loops that only move memory, or only compute, and the name of the machine.
 
 use std::hint::black_box;
+use std::path::Path;
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
 use multiversion::multiversion;
 
 use super::Measured;
+use crate::files::read_beginning;
 use crate::neurons::Traffic;
 use crate::sim::Real;
 
@@ -133,7 +135,8 @@ fn compute(lanes: &mut [Real; LANES]) {
 
 /// Returns the machine in words: processor, number of cores that this process may use, and widest registers.
 pub fn machine() -> String {
-    let listed = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let listed = read_beginning(Path::new("/proc/cpuinfo"), 1 << 12).unwrap_or_default();
+    let listed = String::from_utf8_lossy(&listed);
     let name = listed.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let name = name.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
     let cores = match std::thread::available_parallelism().map_or(1, usize::from) {
