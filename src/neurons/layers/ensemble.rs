@@ -227,7 +227,6 @@ impl Ensemble {
     /// [`Lif`] are `voltages` and `refractory times`, in seconds. A name that the model does not have is a fault when the
     /// graph is built. Costs a copy of the variable in every tick.
     ///
-    /// [`NeuronModel::state`]: crate::neurons::NeuronModel::state
     /// [`Lif`]: crate::neurons::Lif
     pub fn expose_state(mut self, variable: &str) -> Self {
         self.states.push(variable.into());

@@ -192,7 +192,7 @@ impl NeuronModel for Lif {
         if self.min_voltage < 0.0 { f64::NEG_INFINITY } else { 0.0 }
     }
 
-    /// Those of [`Tick::step`]: 15 of the decay, 3 of the voltage, 16 of the moment of a spike, 2 of the refractory time.
+    /// 15 of the decay, 3 of the voltage, 16 of the moment of a spike, 2 of the refractory time.
     fn operations(&self) -> u32 {
         36
     }
