@@ -37,10 +37,15 @@ pub(crate) enum Kind {
     Json,
 }
 
+/// What `bench` takes to compare with.
+pub(crate) const BENCHED: Kind = Kind::Result("what `bench --json` prints");
+
+const PROGRAM: Kind = Kind::Other("a program");
+const SCRIPT: Kind = Kind::Other("a script");
 const UTF_16: Kind = Kind::Other("text in UTF-16, not UTF-8");
 
 /// How a file begins by which its format is known: the offset, the bytes, and what it is.
-const MAGIC: [(usize, &[u8], Kind); 24] = [
+const MAGIC: [(usize, &[u8], Kind); 25] = [
     (0, b"\x89HDF\r\n\x1a\n", Kind::Log("a log in HDF5")),
     (0, b"\x89MCAP", Kind::Log("a log in MCAP")),
     (0, b"#ROSBAG", Kind::Other("a bag of ROS 1 (convert it to MCAP)")),
@@ -60,8 +65,9 @@ const MAGIC: [(usize, &[u8], Kind); 24] = [
     (0, b"GIF8", Kind::Other("a picture (GIF)")),
     (4, b"ftyp", Kind::Other("a film")),
     (0, b"%PDF", Kind::Other("a document (PDF)")),
-    (0, b"\x7fELF", Kind::Other("a program")),
-    (0, b"#!", Kind::Other("a script")),
+    (0, b"\x7fELF", PROGRAM),
+    (0, b"\xcf\xfa\xed\xfe", PROGRAM),
+    (0, b"#!", SCRIPT),
     (0, b"\x80\x04\x95", Kind::Other("an object of Python (pickle)")),
     (0, b"\xff\xfe", UTF_16),
     (0, b"\xfe\xff", UTF_16),
@@ -83,7 +89,7 @@ const KEYS: [(&[&str], Kind); 7] = [
     (&["cells", "question"], Kind::Result("the results of an experiment")),
     (&["episode", "decision"], Kind::Result("the trace of a run")),
     (&["status", "plan"], Kind::Result("what `plan --json` prints")),
-    (&["model", "ns_per_neuron_step"], Kind::Result("what `bench --json` prints")),
+    (&["model", "ns_per_neuron_step"], BENCHED),
     (&["demo", "state", "id"], Kind::Result("what `classify --json` prints")),
     (&["episodes", "assembled"], Kind::Result("what `run --json` prints")),
 ];
@@ -251,6 +257,11 @@ impl Kind {
         }
     }
 
+    /// Returns whether the file can be run.
+    pub fn is_program(self) -> bool {
+        [PROGRAM, SCRIPT].contains(&self)
+    }
+
     /// Returns the kind in words, with its article.
     pub fn name(self) -> &'static str {
         match self {
@@ -285,6 +296,7 @@ impl Kind {
             Self::Trajectory => format!("learn-model DOMAIN {file}"),
             Self::Model => format!("bench NETWORK --load {file}"),
             Self::Log(_) => format!("import {file}"),
+            _ if self == BENCHED => format!("bench NETWORK --compare {file}"),
             Self::Result(_) => {
                 return Some("`symbolt report FOLDER` shows the folder of a run".into());
             }

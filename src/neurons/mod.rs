@@ -42,7 +42,7 @@
 //! # Neurons and learning
 //!
 //! An [`Ensemble`] can [expose its neurons](Ensemble::expose_neurons): their activities as an output, and currents into
-//! them as an input. A [`Learned`] connection from such an output changes its weights by rules while the graph runs; see
+//! them as an input; and [their state](Ensemble::expose_state), such as voltages. A [`Learned`] connection from such an output changes its weights by rules while the graph runs; see
 //! [`learning`].
 //!
 //! # Example
@@ -107,6 +107,7 @@ mod solve;
 mod solved;
 #[cfg(test)]
 mod theory;
+mod traffic;
 mod tuning;
 
 pub use bank::{Ensembles, Work};
@@ -118,8 +119,8 @@ pub use layers::{
     Through, Values,
 };
 pub use learning::{
-    Bcm, Learned, LearnedPorts, LearningRule, LearningTick, Needs, Oja, Pes, Rls, Stretch, Voja,
-    WeightShape, Weights, WeightsError,
+    Bcm, Learned, LearnedPorts, LearningRule, LearningTick, Needs, Oja, Pes, Rls, Side, Stretch,
+    Trace, Voja, WeightShape, Weights, WeightsError,
 };
 pub use lower::{neurons, own_neurons};
 pub use models::{
@@ -131,4 +132,5 @@ pub use pattern::{PathPattern, PatternError};
 pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
 pub use solve::{L1, L2, LeastSquares, NoDecoders, Noisy, NonNegative, Solver};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};
+pub use traffic::Traffic;
 pub use tuning::{Tuning, TuningError};

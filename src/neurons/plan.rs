@@ -15,11 +15,10 @@ use crate::sim::{Fingerprint, Ranks, few};
 /// Leaky integrate-and-fire neurons and their tuning, spiking ([`Population::Lif`]) or by their rates
 /// ([`Population::Rate`]).
 ///
-/// The tick must be at most a quarter of the membrane time constant and, in spiking mode, at most the refractory
-/// period. The maximum rates must be below `1 / tau_ref`.
+/// The tick must be at most a quarter of the membrane time constant. The maximum rates must be below `1 / tau_ref`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LifSpec {
-    /// Neuron model: the time constants.
+    /// Neuron model: time constants, size of a spike, least voltage.
     pub model: Lif,
     /// Number of neurons, and the ranges from which they are drawn.
     pub tuning: Tuning,

@@ -7,8 +7,8 @@
 //!
 //! - [`VocabularyBuilder`] and [`Vocabulary`]: named pointers of one space, and expressions over them. Pointers of
 //!   two vocabularies have different types, so mixing them up does not compile.
-//! - [`Hrr`]: binding and unbinding by circular convolution, with fractional powers; [`Vtb`]: by vector-derived
-//!   transformations. Both implement the trait [`Algebra`].
+//! - [`Hrr`]: binding and unbinding by circular convolution, with fractional powers; [`Vtb`] and [`Tvtb`]: by
+//!   vector-derived transformations. All implement the trait [`Algebra`].
 //! - [`cosine`]: the similarity of two pointers.
 //! - [`ItemMemory`]: finds the stored vector most similar to a query, exactly and fast.
 //! - [`FactoredItems`]: a large item memory whose items are sparse sums of shared atoms.
@@ -107,8 +107,8 @@ mod vocabulary;
 pub use crate::neurons::{BilinearPorts, GatePorts};
 pub use crate::sim::PointerRef;
 pub use algebra::{
-    Algebra, Hrr, LinearMap, ProductForm, Vtb, Workspace, cosine, cosine_of_slices, dot, norm,
-    normalize,
+    Algebra, Hrr, LinearMap, ProductForm, Tvtb, Vtb, Workspace, cosine, cosine_of_slices, dot,
+    norm, normalize,
 };
 pub use capacity::Capacity;
 pub use error::VocabError;

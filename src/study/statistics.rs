@@ -184,6 +184,57 @@ impl Mean {
     }
 }
 
+/// How many times as long one thing takes as another. Nothing is assumed of the times' distributions: those on a shared
+/// machine have long tails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratio {
+    /// Median of the ratios; NaN without times.
+    pub median: f64,
+    /// Interval that holds the true ratio in at least 95% of cases; 0 to infinity for too few times.
+    pub interval95: [f64; 2],
+}
+
+impl Ratio {
+    /// Least number of pairs that give a finite interval.
+    pub const LEAST_PAIRS: usize = 6;
+
+    /// Compares times that were measured in pairs, in turn: the first of each over the second. The interval is that of
+    /// the sign test, whose ends are two of the ratios.
+    pub fn of_pairs(pairs: &[[f64; 2]]) -> Self {
+        let n = pairs.len();
+        // Ratios of which so many or fewer lie below the median, as often as heads come in n throws.
+        let (mut term, mut below, mut cut) = (0.5f64.powi(n as i32), 0.0, 0);
+        while cut < n && below + term <= 0.025 {
+            below += term;
+            term *= (n - cut) as f64 / (cut + 1) as f64;
+            cut += 1;
+        }
+        Self::of_sorted(pairs.iter().map(|[a, b]| a / b).collect(), cut)
+    }
+
+    /// Compares times that were measured apart: `own` over `other`. The median is that of all ratios between the two
+    /// groups, and the interval that of the rank-sum test (Hodges and Lehmann 1963; Moses 1965), in the normal
+    /// approximation.
+    pub fn of_groups(own: &[f64], other: &[f64]) -> Self {
+        let (n, m) = (own.len() as f64, other.len() as f64);
+        let cut = n * m / 2.0 - Z * (n * m * (n + m + 1.0) / 12.0).sqrt();
+        let ratios = own.iter().flat_map(|a| other.iter().map(move |b| a / b)).collect();
+        Self::of_sorted(ratios, cut.max(0.0) as usize)
+    }
+
+    /// The interval leaves out `cut - 1` ratios at either end.
+    fn of_sorted(mut ratios: Vec<f64>, cut: usize) -> Self {
+        ratios.sort_by(f64::total_cmp);
+        let n = ratios.len();
+        let median = Mean::of(ratios.iter().copied()).quantiles[1];
+        let interval95 = match cut {
+            0 => [0.0, f64::INFINITY],
+            cut => [ratios[cut - 1], ratios[n - cut]],
+        };
+        Self { median, interval95 }
+    }
+}
+
 /// The statistic of a table's row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Statistic {

@@ -19,6 +19,7 @@ mod run;
 #[path = "../support/window.rs"]
 mod window;
 
+mod benches;
 mod cli;
 mod cli_folders;
 mod cli_refusals;

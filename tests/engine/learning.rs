@@ -8,11 +8,11 @@ use ndarray::{Array2, array};
 use symbolt::files::Overwrite;
 use symbolt::files::npz::NpzWriter;
 use symbolt::neurons::{
-    Bcm, Ensemble, Learned, LearnedPorts, LifSpec, Oja, Pes, Population, PopulationPlan, Rls, Voja,
-    Weights,
+    Bcm, Ensemble, Learned, LearnedPorts, LearningRule, LearningTick, LifSpec, Needs, Oja, Pes,
+    Population, PopulationPlan, Rls, Side, Stretch, Trace, TuningError, Voja, WeightShape, Weights,
 };
 use symbolt::prelude::*;
-use symbolt::sim::{Out, Ranks, Real, Signal, SimError, Threads, Vector};
+use symbolt::sim::{Filter, Fingerprint, Out, Ranks, Real, Signal, SimError, Threads, Vector};
 
 fn ms(ms: u64) -> SimDuration {
     SimDuration::from_millis(ms)
@@ -42,7 +42,8 @@ fn everything() -> (GraphBuilder, [LearnedPorts; 3]) {
     graph.route(&between >> &post.currents());
     let start = Weights::directions(Seed::new(2));
     let encoders = Learned::encoders(2, &post.neurons()).weights(start);
-    let encoders = graph.add("encoders", encoders.rule(Voja::default()));
+    let voja = Voja::default().post_synapse(Synapse::alpha_ms(5));
+    let encoders = graph.add("encoders", encoders.rule(voja));
     graph.route(&post.output("x") >> &encoders.input());
     graph.route(&encoders >> &post.encoded());
     (graph, [decoded, between, encoders])
@@ -99,6 +100,56 @@ fn learning_has_the_same_bits_whatever_the_threads_ranks_snapshots_and_resets() 
         });
         assert_eq!(all, vec![expected.clone(); count], "{count} ranks");
     }
+}
+
+#[test]
+fn rules_follow_activities_through_any_synapse() {
+    let decay = Synapse::DoubleExponential { rise: ms(2), decay: ms(10) };
+    let linear = Synapse::linear(&[1.0], &[2e-4, 0.02, 1.0]);
+    let simple = [Synapse::None, Synapse::lowpass_ms(5), Synapse::delay_ms(3)];
+    let synapses = [Synapse::alpha_ms(5), Synapse::triangle_ms(10), decay, linear];
+    for synapse in synapses.into_iter().chain(simple) {
+        let mut graph = GraphBuilder::new();
+        let wave = Signal::vector(2, |t, out| {
+            (out[0], out[1]) = ((90.0 * t).sin() as Real, if t > 0.02 { 50.0 } else { 0.0 });
+        });
+        let wave = graph.add("wave", wave);
+        let rule = Pes::default().pre_synapse(synapse);
+        let learned = graph.add("learned", Learned::new(&wave, 1).rule(rule).expose("pre"));
+        let zero = graph.add("zero", Constant::vector(&[0.0]));
+        graph.route(&zero >> &learned.error());
+        let probes = [&wave, &learned.exposed("pre")];
+        let [wave, pre] = probes.map(|out| graph.probe(out, ProbeSpec::default()));
+        let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(60)).expect("runs");
+        let filter = Filter::new(synapse, Timebase::default()).expect("a filter");
+        let mut state = vec![0.0; filter.state_len(2)];
+        let (mut count, mut most) = (0, 0.0f32);
+        for ((_, given), (_, found)) in sim.samples(&wave).iter().zip(sim.samples(&pre).iter()) {
+            let expected = filter.step(given, &mut state);
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-4, "{synapse}: {found} {expected}");
+                most = most.max(*found);
+                count += 1;
+            }
+        }
+        assert!(count == 120 && most > 10.0, "{synapse}: {count} {most}");
+    }
+}
+
+/// A rule with a trace that has no place.
+#[derive(Debug)]
+struct Misplaced;
+
+impl LearningRule for Misplaced {
+    fn name(&self) -> &'static str {
+        "misplaced"
+    }
+    fn needs(&self, _shape: WeightShape) -> Result<Needs, TuningError> {
+        let trace = Trace { state: "pre", of: Side::Pre, synapse: Synapse::None };
+        Ok(Needs { state: vec![("pre", 1)], traces: vec![trace], ..Needs::default() })
+    }
+    fn change(&self, _: &LearningTick<'_>, _: &[f64], _: &Stretch<'_>, _: &mut [f64]) {}
+    fn fingerprint(&self, _: &mut Fingerprint) {}
 }
 
 /// A connection of two constant sources and one output with an error of 1.
@@ -251,7 +302,7 @@ fn wrong_settings_are_refused_with_one_sentence() {
     };
     let zero = Synapse::lowpass(SimDuration::from_micros(0));
     type Change = fn(Learned) -> Learned;
-    let cases: [(Change, &str); 11] = [
+    let cases: [(Change, &str); 12] = [
         (|l| l.rule(Pes::new(f64::NAN)), "rule `pes`: `rate` is NaN; expected a finite number"),
         (|l| l.rule(Rls::new(-1.0)), "rule `rls`: `rate` is -1"),
         (|l| l.rule(Oja::default()), "rule `oja` needs the activity of 1 target neurons"),
@@ -266,13 +317,17 @@ fn wrong_settings_are_refused_with_one_sentence() {
         (|l| l.sources(1..4), "sources 1..4; expected a range that is not empty, within 0..2"),
         (|l| l.sources(1..1), "sources 1..1"),
         (|l| l.rule(Pes::default()), "`learned.error`"),
+        (|l| l.rule(Misplaced), "a trace needs a part `pre` of its state, of 2 numbers"),
     ];
     for (change, expected) in cases {
         let said = refused(&change);
         assert!(said.contains(expected), "{said}");
     }
     let said = refused(&|l| l.rule(Pes::default().pre_synapse(zero)));
-    assert!(said.contains("expected `Synapse::None` or a low-pass above 0 s"), "{said}");
+    assert!(
+        said.contains("rule `pes`: the synapse of `pre` has a time constant of zero"),
+        "{said}"
+    );
     let mut graph = GraphBuilder::new();
     let pre = graph.add("activity", Constant::vector(&[1.0]));
     graph.add("learned", Learned::new(&pre, 0));

@@ -2,7 +2,11 @@
 
 #![allow(clippy::expect_used)]
 
-use symbolt::neurons::{Lif, NeuronModel, PathPattern, PatternError, Population};
+use symbolt::neurons::{
+    Ensemble, Lif, LifRate, NeuronModel, PathPattern, PatternError, Population, PopulationPlan,
+    Traffic,
+};
+use symbolt::prelude::*;
 
 #[test]
 fn gain_and_bias_give_the_rate_and_the_intercept_asked_for() {
@@ -60,8 +64,70 @@ fn what_cannot_be_is_refused() {
         let error = lif.gain_bias(300.0, intercept).expect_err("impossible").to_string();
         assert!(error.contains("`intercept`"), "{error}");
     }
-    assert!(Lif { tau_rc_s: -0.02, tau_ref_s: 0.002 }.check(0.001).is_err());
-    assert!(Lif { tau_rc_s: 0.02, tau_ref_s: f64::NAN }.check(0.001).is_err());
+    assert!(Lif { tau_rc_s: -0.02, ..Lif::default() }.check(0.001).is_err());
+    assert!(Lif { tau_ref_s: f64::NAN, ..Lif::default() }.check(0.001).is_err());
+}
+
+#[test]
+fn an_amplitude_scales_spikes_and_rates_and_nothing_else() {
+    let (whole, half) = (Lif::default(), Lif { amplitude: 0.5, ..Lif::default() });
+    assert_eq!(whole.gain_bias(300.0, 0.2).ok(), half.gain_bias(300.0, 0.2).ok());
+    let mut singles = [1.5f32, 7.0, 0.5];
+    half.rates_single(&mut singles);
+    for (current, single) in [1.5, 7.0, 0.5].into_iter().zip(singles) {
+        assert_eq!(half.rate(current), 0.5 * whole.rate(current));
+        assert!((f64::from(single) - half.rate(current)).abs() < 1e-2);
+    }
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.6]));
+    let spikes = Ensemble::new(1).neurons(100).model(half).expose_neurons().identity("x");
+    let spikes = graph.add("spikes", spikes);
+    let rates =
+        graph.add("rates", Ensemble::new(1).neurons(100).model(LifRate(half)).identity("x"));
+    graph.route(&given >> &spikes.input);
+    graph.route(&given >> &rates.input);
+    let smooth = ProbeSpec::default().filtered(Synapse::lowpass_ms(50));
+    let read = [&spikes, &rates].map(|ensemble| graph.probe(&ensemble.output("x"), smooth));
+    let activity = graph.probe(&spikes.neurons(), ProbeSpec::default());
+    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(300)).expect("runs");
+    for probe in &read {
+        let x = sim.samples(probe).last().expect("there").1[0];
+        assert!((x - 0.6).abs() < 0.05, "{x}");
+    }
+    let all: Vec<f32> = sim.samples(&activity).iter().flat_map(|(_, row)| row.to_vec()).collect();
+    let fired = all.iter().filter(|rate| **rate > 0.0);
+    assert!(fired.clone().count() > 1_000 && fired.clone().all(|rate| (rate - 500.0).abs() < 1e-3));
+}
+
+#[test]
+fn traffic_is_counted_from_the_layout() {
+    let of = |functions: usize| {
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("given", Constant::vector(&[0.5]));
+        let names: Vec<String> = (0..functions).map(|n| format!("x{n}")).collect();
+        let new = Ensemble::new(1).neurons(100);
+        let a = graph.add("a", names.iter().fold(new, |a, name| a.identity(name)));
+        graph.route(&given >> &a.input);
+        let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+        let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(20)).expect("runs");
+        Traffic::of(&sim)
+    };
+    // 100 neurons are padded to 104; each has an encoder, a bias, a decoder, a voltage and a refractory time of 4 bytes.
+    let one = of(1);
+    assert_eq!(one.visited, 100.0);
+    assert_eq!((one.read, one.written), (4.0 * (3.0 * 104.0 + 1.0), 4.0 * (2.0 * 104.0 + 1.0)));
+    assert_eq!(one.operations, 104.0 * (1.0 + 2.0 + 36.0) + 2.0 * 104.0);
+    // Of several outputs only the decoders of those that fire are read: some, but few.
+    let two = of(2);
+    let decoders = two.read / 4.0 - (2.0 * 104.0 + 1.0);
+    assert!(decoders % 2.0 == 0.0 && (2.0..80.0).contains(&decoders), "{decoders}");
+    assert_eq!(Traffic::default(), {
+        let mut graph = GraphBuilder::new();
+        graph.add("given", Constant::vector(&[0.5]));
+        let sim = graph.start(&PopulationPlan::direct(), Seed::new(1));
+        Traffic::of(&sim.expect("starts"))
+    });
 }
 
 #[test]

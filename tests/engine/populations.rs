@@ -209,14 +209,15 @@ fn invalid_population_settings_are_refused_with_the_layers_path() {
         }
     };
     type Change = fn(&mut LifSpec);
-    let cases: [(&str, Change); 12] = [
+    let cases: [(&str, Change); 13] = [
         ("`neurons` is 0", |s| s.tuning.per_dimension = 0),
         ("`neurons` is", |s| s.tuning.scale = f64::NAN),
         ("`tau_rc_s` is -0.02", |s| s.model = Lif { tau_rc_s: -0.02, ..Lif::default() }),
         ("`tau_ref_s` is NaN", |s| s.model.tau_ref_s = f64::NAN),
         ("refractory limit of 500 Hz", |s| s.tuning.max_rates = [400.0, 600.0]),
         ("`max_rates` is -1 to -1", |s| s.tuning.max_rates = [-1.0, -1.0]),
-        ("refractory period of 0.0005 s", |s| s.model.tau_ref_s = 0.0005),
+        ("`amplitude` is 0", |s| s.model.amplitude = 0.0),
+        ("`min_voltage` is 0.5", |s| s.model.min_voltage = 0.5),
         ("`tick` is 0.001 s; expected at most 0.25", |s| s.model.tau_rc_s = 0.002),
         ("`intercepts` is -1.5 to 0.9", |s| s.tuning.intercepts = [-1.5, 0.9]),
         ("`intercepts` is -1 to 1", |s| s.tuning.intercepts = [-1.0, 1.0]),

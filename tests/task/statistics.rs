@@ -4,7 +4,7 @@ use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal};
 use symbolt::sim::Seed;
 use symbolt::study::retrieval::{Method, Roles, WorldSpec, predicted};
-use symbolt::study::statistics::{Mean, Rate, Statistic};
+use symbolt::study::statistics::{Mean, Rate, Ratio, Statistic};
 
 #[test]
 fn wilsons_interval_agrees_with_published_tables() {
@@ -19,6 +19,41 @@ fn wilsons_interval_agrees_with_published_tables() {
         assert!((a - low).abs() < 5e-5 && (b - high).abs() < 5e-5, "{a} {b}");
     }
     assert_eq!(Rate::new(0, 0).interval95(), [0.0, 1.0]);
+}
+
+#[test]
+fn intervals_of_ratios_are_those_of_rank_tests() {
+    // Of n pairs the sign test leaves out k - 1 at either end: n = 6, 9, 12, 20 have k = 1, 2, 3, 6 (Conover 1999, A3).
+    for (n, k) in [(6, 1), (9, 2), (12, 3), (20, 6)] {
+        let pairs: Vec<[f64; 2]> = (1..=n).map(|at| [f64::from(at), 1.0]).collect();
+        let ratio = Ratio::of_pairs(&pairs);
+        assert_eq!(ratio.interval95, [f64::from(k), f64::from(n + 1 - k)], "{n} pairs");
+        assert_eq!(ratio.median, f64::from(n + 1) / 2.0);
+    }
+    assert_eq!(Ratio::of_pairs(&[[1.0, 1.0]; 5]).interval95, [0.0, f64::INFINITY]);
+    assert!(Ratio::of_pairs(&[]).median.is_nan() && Ratio::of_groups(&[], &[]).median.is_nan());
+    // Of two groups, the rank-sum test: of 5 and 5 it leaves out two of the 25 ratios at either end (Conover 1999, A7).
+    let own: Vec<f64> = (1..=5).map(f64::from).collect();
+    let ratio = Ratio::of_groups(&own, &[1.0, 1.1, 1.2, 1.3, 1.4]);
+    let mut all: Vec<f64> =
+        own.iter().flat_map(|a| [1.0, 1.1, 1.2, 1.3, 1.4].map(|b| a / b)).collect();
+    all.sort_by(f64::total_cmp);
+    assert_eq!((ratio.interval95, ratio.median), ([all[2], all[22]], all[12]));
+    assert_eq!(Ratio::of_groups(&own[..3], &own[..3]).interval95, [0.0, f64::INFINITY]);
+    // Intervals hold the truth in at least 95% of cases: here 3 times as long, whatever the tails.
+    let (mut rng, mut held) = (Seed::new(1).rng(), [0; 2]);
+    let mut draw = |scale: f64| scale / (1.0 - rng.random::<f64>()).powi(2);
+    for _ in 0..2_000 {
+        let pairs: Vec<[f64; 2]> = (0..9).map(|_| [draw(3.0), draw(1.0)]).collect();
+        let [own, other] = [0, 1].map(|side| pairs.iter().map(|p| p[side]).collect::<Vec<_>>());
+        for (held, ratio) in
+            held.iter_mut().zip([Ratio::of_pairs(&pairs), Ratio::of_groups(&own, &other)])
+        {
+            let [low, high] = ratio.interval95;
+            *held += usize::from(low <= 3.0 && 3.0 <= high);
+        }
+    }
+    assert!(held.iter().all(|held| (1_870..2_000).contains(held)), "{held:?}");
 }
 
 #[test]

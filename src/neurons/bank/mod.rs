@@ -280,10 +280,15 @@ impl Bank {
     /// Returns whether a neuron of a range of ensembles fired in the tick that left this state of the range.
     pub fn spiked(&self, state: &[Real], neuron: usize) -> bool {
         let Firing::Spikes { trace, above } = self.firing else { return false };
+        self.variable(trace, state, neuron) > above
+    }
+
+    /// Returns a variable of a neuron of a range of ensembles, from the state of the range.
+    pub fn variable(&self, index: usize, state: &[Real], neuron: usize) -> Real {
         let (shape, count) = (self.shape(), self.variables.len());
         let neuron = neuron / shape.neurons * shape.padded() + neuron % shape.neurons;
         let block = shape.block(state.len() / count / shape.padded(), neuron);
-        state[block.start * count + trace * block.len() + neuron - block.start] > above
+        state[block.start * count + index * block.len() + neuron - block.start]
     }
 
     /// Number of neurons that spike in so many ensembles: all of them, or none if their activity is a rate.

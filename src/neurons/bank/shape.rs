@@ -70,7 +70,7 @@ impl Shape {
     }
 
     /// Number of ensembles that must not be parted.
-    pub(super) fn group(&self) -> usize {
+    pub(crate) fn group(&self) -> usize {
         if self.is_few() { NARROW } else { 1 }
     }
 }

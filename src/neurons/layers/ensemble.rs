@@ -12,12 +12,13 @@ use super::{Circuit, Layer, Layers, Populated, Target, check_radius};
 use crate::neurons::bank::{Draft, Shape};
 use crate::neurons::builder::{self, PopulationBuilder};
 use crate::neurons::draw::on_sphere;
+use crate::neurons::models::NeuronModel;
 use crate::neurons::poles;
 use crate::neurons::solve::{Points, Special};
 use crate::neurons::tuning::{MAX_NEURONS, TuningError, refuse};
 use crate::sim::{
     AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, NodePorts, Out, OutputSpec,
-    Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector,
+    Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector, few,
 };
 
 /// Greatest number of components of the input and of all outputs.
@@ -70,6 +71,8 @@ pub struct Ensemble {
     /// Number of neurons in each copy, if it does not follow from the plan.
     neurons: Option<usize>,
     exposed: bool,
+    /// Variables of the neurons' state that are outputs.
+    states: Vec<String>,
     pub(super) functions: Vec<Decoded>,
     pub(super) settings: Settings,
 }
@@ -106,6 +109,11 @@ impl EnsemblePorts {
         self.node.output("neurons")
     }
 
+    /// Returns a variable of every neuron after the tick, copy by copy, to be probed. Needs [`Ensemble::expose_state`].
+    pub fn state(&self, variable: &str) -> Out<Vector> {
+        self.node.output(variable)
+    }
+
     /// Returns the input of currents into bare neurons: one number per neuron, copy by copy, added after gain and bias.
     /// Adds any number of connections, or none. What reaches `.neurons` in Nengo is multiplied by the neurons' gains:
     /// the input for that is [`encoded`](Self::encoded).
@@ -125,8 +133,9 @@ impl Ensemble {
     /// Requests an ensemble for vectors of `dims` components (at least 1). The input adds any number of connections.
     pub fn new(dims: usize) -> Self {
         let (functions, settings) = (Vec::new(), Settings::default());
-        let (neurons, exposed) = (None, false);
-        Self { dims, copies: 1, radius: 1.0, size: 1.0, neurons, exposed, functions, settings }
+        let (neurons, exposed, states) = (None, false, Vec::new());
+        let (radius, size) = (1.0, 1.0);
+        Self { dims, copies: 1, radius, size, neurons, exposed, states, functions, settings }
     }
 
     /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are
@@ -213,9 +222,26 @@ impl Ensemble {
         self
     }
 
+    /// Adds the output [`state`](EnsemblePorts::state) of a variable of the neurons, such as `voltages`, and the ports of
+    /// [`expose_neurons`](Self::expose_neurons). A model names its variables ([`NeuronModel::state`]): those of
+    /// [`Lif`] are `voltages` and `refractory times`, in seconds. A name that the model does not have is a fault when the
+    /// graph is built. Costs a copy of the variable in every tick.
+    ///
+    /// [`Lif`]: crate::neurons::Lif
+    pub fn expose_state(mut self, variable: &str) -> Self {
+        self.states.push(variable.into());
+        self.expose_neurons()
+    }
+
     /// Number of neurons in a copy whose neurons have ports; 0 without ports.
     fn ports(&self) -> usize {
         if self.exposed { self.neurons.unwrap_or(1).clamp(1, MAX_NEURONS as usize) } else { 0 }
+    }
+
+    /// Names of the outputs that have a number per neuron.
+    fn neuron_outputs(&self) -> impl Iterator<Item = &str> {
+        let activity = self.exposed.then_some("neurons");
+        activity.into_iter().chain(self.states.iter().map(String::as_str))
     }
 
     /// Number of components that are decoded from one copy.
@@ -226,7 +252,8 @@ impl Ensemble {
     /// Returns a fault if the input or the outputs of all copies have too many components.
     fn too_wide(&self) -> Option<String> {
         let (dims, copies) = (self.dims, self.copies);
-        let most = dims.max(self.outputs()).max(self.ports()).saturating_mul(copies);
+        let of_neurons = self.ports().saturating_mul(1 + self.states.len());
+        let most = dims.max(self.outputs()).max(of_neurons).saturating_mul(copies);
         (most > MOST_COMPONENTS).then(|| {
             format!(
                 "{copies} copies of {dims} dimensions with {} decoded components are too large; expected at most {MOST_COMPONENTS} in all copies",
@@ -305,9 +332,9 @@ impl Node for Ensemble {
             }
             ports.output(name, OutputSpec::vector(wide(*width)).registered().filtered_only());
         }
-        if self.exposed {
+        for name in self.neuron_outputs() {
             let each = OutputSpec::vector(wide(self.ports())).registered().filtered_only();
-            ports.output("neurons", each);
+            ports.output(name, each);
         }
         let reals = self.outputs().saturating_mul(self.copies).saturating_add(self.dims);
         let reals = reals.min(2 * MOST_COMPONENTS);
@@ -343,12 +370,11 @@ impl Module for Ensemble {
     type Ports = EnsemblePorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> EnsemblePorts {
-        let names: Vec<String> =
-            self.functions.iter().map(|decoded| decoded.name.clone()).collect();
+        let functions = self.functions.iter().map(|decoded| decoded.name.as_str());
+        let names: Vec<String> = functions.chain(self.neuron_outputs()).map(Into::into).collect();
         let has_ports = self.exposed;
         let EnsemblePorts { input, node } = scope.ensemble("neurons", self);
-        let exposed = has_ports.then(|| "neurons".to_owned());
-        for name in names.iter().chain(&exposed) {
+        for name in &names {
             scope.output(name, node.output::<Vector>(name));
         }
         for name in ["currents", "encoded"].iter().filter(|_| has_ports) {
@@ -440,9 +466,11 @@ impl Layer for Ensemble {
             return Ok(Populated::new(self.direct(), ensembles, self.clone()));
         }
         let gains = ensembles.gains()?;
-        let circuit = NeuronPorts { ensemble: self.clone(), gains, neurons, outputs };
+        let states = self.variables(&*ensembles.bank.model)?;
+        let rows = 1 + states.len();
+        let circuit = NeuronPorts { ensemble: self.clone(), gains, neurons, outputs, states };
         let populated = Populated::new(self.direct(), ensembles, circuit);
-        Ok(populated.unit(1, outputs + neurons).scratch(neurons))
+        Ok(populated.unit(1, outputs + rows * neurons).scratch(neurons))
     }
 }
 
@@ -452,6 +480,21 @@ fn numbers_of(points: &Points, hash: &mut Fingerprint) {
 }
 
 impl Ensemble {
+    /// Returns the indices of the variables that are outputs.
+    fn variables(&self, model: &dyn NeuronModel) -> Result<Vec<usize>, TuningError> {
+        let all: Vec<&str> = model.state().iter().map(|variable| variable.name).collect();
+        let index = |name: &String| {
+            all.iter().position(|own| own == name).ok_or_else(|| {
+                let expected = match all.is_empty() {
+                    true => format!("none: neurons of the model `{}` have no state", model.name()),
+                    false => format!("one of the model `{}`: {}", model.name(), few(&all)),
+                };
+                refuse("expose_state", format!("`{name}`"), expected)
+            })
+        };
+        self.states.iter().map(index).collect()
+    }
+
     /// Returns the evaluation points, in units of the radius.
     fn points(&self, neurons: usize, seed: Seed) -> Vec<f64> {
         let count = match &self.settings.points {

@@ -1,4 +1,4 @@
-//! The circuit of an ensemble whose neurons have ports: currents in, activities out.
+//! The circuit of an ensemble whose neurons have ports: currents in, activities and state out.
 
 use std::ops::Range;
 
@@ -13,6 +13,8 @@ pub(super) struct NeuronPorts {
     /// Number of neurons in a copy.
     pub neurons: usize,
     pub outputs: usize,
+    /// Variables of the neurons' state that are outputs.
+    pub states: Vec<usize>,
 }
 
 impl Circuit for NeuronPorts {
@@ -25,13 +27,21 @@ impl Circuit for NeuronPorts {
         for (current, ((given, encoded), gain)) in currents.iter_mut().zip(each) {
             *current = given + gain * encoded;
         }
-        items.step_neurons(&io.inputs.get(0)[items.rows()], currents, io.state, io.results);
+        let stepped = copies.len() * self.outputs + currents.len();
+        let (out, states) = io.results.split_at_mut(stepped);
+        items.step_neurons(&io.inputs.get(0)[items.rows()], currents, io.state, out);
+        for (index, out) in self.states.iter().zip(states.chunks_exact_mut(currents.len())) {
+            items.show(*index, io.state, out);
+        }
     }
 
     fn collect(&self, copies: Range<usize>, results: &[Real], outputs: &mut Outputs<'_>) {
-        let (decoded, activity) = results.split_at(copies.len() * self.outputs);
+        let (decoded, shown) = results.split_at(copies.len() * self.outputs);
         let own = copies.start * self.neurons..copies.end * self.neurons;
-        outputs.get_mut(self.ensemble.functions.len())[own].copy_from_slice(activity);
+        for (index, shown) in shown.chunks_exact(own.len()).enumerate() {
+            let output = outputs.get_mut(self.ensemble.functions.len() + index);
+            output[own.clone()].copy_from_slice(shown);
+        }
         self.ensemble.distribute(copies, decoded, outputs);
     }
 }

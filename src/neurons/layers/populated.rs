@@ -88,6 +88,13 @@ impl Items<'_> {
         self.populations[0].step((self.part, draws), (values, 1.0), currents, state, out);
     }
 
+    /// Writes a variable of the neurons of the first population.
+    pub(super) fn show(&self, variable: usize, state: &[Real], out: &mut [Real]) {
+        let bank = &self.populations[0].bank;
+        let neurons = out.iter_mut().enumerate();
+        neurons.for_each(|(neuron, out)| *out = bank.variable(variable, state, neuron));
+    }
+
     /// Returns the key of the random numbers of a population in this tick.
     fn draws_of(&self, population: usize) -> u64 {
         mix64(self.draws.wrapping_add(population as u64))

@@ -1,6 +1,6 @@
 //! The rule of Bienenstock, Cooper and Munro: weights grow where the target fires above its threshold, which slides.
 
-use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use super::{LearningRule, LearningTick, Needs, Side, Stretch, Trace, WeightShape};
 use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Synapse};
 
@@ -57,22 +57,14 @@ impl LearningRule for Bcm {
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
         not_negative("rate", self.rate)?;
-        for (name, synapse) in
-            ["pre_synapse", "post_synapse", "theta_synapse"].into_iter().zip(self.synapses)
-        {
-            check_synapse(name, synapse)?;
-        }
         let WeightShape { outputs, inputs } = shape;
         let state = vec![("pre", inputs), ("post", outputs), ("theta", outputs)];
-        Ok(Needs { post: true, state, ..Needs::default() })
-    }
-
-    fn observe(&self, tick: &LearningTick<'_>, state: &mut [f64]) {
-        let (pre, rest) = state.split_at_mut(tick.shape.inputs);
-        let (post, theta) = rest.split_at_mut(tick.shape.outputs);
-        follow(self.synapses[0], tick.dt_s, tick.pre, pre);
-        follow(self.synapses[1], tick.dt_s, tick.post, post);
-        follow(self.synapses[2], tick.dt_s, tick.post, theta);
+        let traces = vec![
+            Trace { state: "pre", of: Side::Pre, synapse: self.synapses[0] },
+            Trace { state: "post", of: Side::Post, synapse: self.synapses[1] },
+            Trace { state: "theta", of: Side::Post, synapse: self.synapses[2] },
+        ];
+        Ok(Needs { post: true, state, traces, ..Needs::default() })
     }
 
     fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]) {

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use multiversion::multiversion;
 
-use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape};
+use super::trace::Follower;
+use super::{LearningRule, LearningTick, Needs, Side, Stretch, WeightShape};
 use crate::sim::{
     AdvanceIo, EmitIo, Fingerprint, InputSpec, Inputs, Node, NodeFault, OutputSpec, Outputs,
-    PortDecl, Real, ScratchSpec, StateMut, StateSpec, StepCx,
+    PortDecl, Process, Real, ScratchSpec, Seed, StateMut, StateSpec, StepCx, Timebase,
 };
 
 /// Weights that change together: they stay in the first-level cache from rule to rule.
@@ -33,7 +34,7 @@ pub(super) enum Shown {
     Delta,
 }
 
-/// The node of a learned connection.
+/// A learned connection, before its synapses are made discrete.
 pub(super) struct Connection {
     pub shape: WeightShape,
     /// Whether the output is computed in emit, from a value.
@@ -174,7 +175,49 @@ impl Connection {
     }
 }
 
-impl Node for Connection {
+/// The connection as a graph has it: it becomes a node when the length of a tick is known.
+pub(super) struct Described(pub Arc<Connection>);
+
+impl Process for Described {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.0.declare(ports);
+    }
+
+    fn make(&self, time: Timebase, _seed: Seed) -> Result<Box<dyn Node>, String> {
+        let (mut followers, mut singles) = (Vec::new(), 0);
+        for Placed { rule, needs, state, .. } in &self.0.rules {
+            let mut from = state.start;
+            for (name, length) in &needs.state {
+                for trace in needs.traces.iter().filter(|trace| trace.state == *name) {
+                    let follower = Follower::new(
+                        trace.of,
+                        from..from + length,
+                        trace.synapse,
+                        (singles, time),
+                    );
+                    let follower = follower.map_err(|wrong| {
+                        format!("rule `{}`: the synapse of `{name}` has {wrong}", rule.name())
+                    })?;
+                    singles += follower.singles();
+                    followers.push(follower);
+                }
+                from += length;
+            }
+        }
+        Ok(Box::new(Running { of: self.0.clone(), followers, singles }))
+    }
+}
+
+/// The node of a learned connection.
+struct Running {
+    of: Arc<Connection>,
+    followers: Vec<Follower>,
+    /// Number of the followers' numbers in single precision.
+    singles: usize,
+}
+
+impl Connection {
+    /// Declares the ports.
     fn declare(&self, ports: &mut PortDecl) {
         let WeightShape { outputs, inputs } = self.shape;
         let (own, first) = (InputSpec::vector(self.pre.0), OutputSpec::vector(outputs));
@@ -202,80 +245,93 @@ impl Node for Connection {
             };
             ports.output(name, OutputSpec::vector(width).registered());
         }
-        ports.state(StateSpec { longs: self.total(), ..StateSpec::default() });
+    }
+}
+
+impl Node for Running {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.of.declare(ports);
+        let WeightShape { outputs, inputs } = self.of.shape;
+        let (longs, reals) = (self.of.total(), self.singles);
+        ports.state(StateSpec { longs, reals, ..StateSpec::default() });
         ports.scratch(ScratchSpec { reals: outputs, words: inputs, ..ScratchSpec::default() });
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        for range in [Some(&self.pre.1), self.post.as_ref().map(|(_, range)| range)] {
+        for range in [Some(&self.of.pre.1), self.of.post.as_ref().map(|(_, range)| range)] {
             let range = range.cloned().unwrap_or_default();
             hash.number(range.start as u64).number(range.end as u64);
         }
-        for placed in &self.rules {
+        for placed in &self.of.rules {
             hash.text(placed.rule.name());
             placed.rule.fingerprint(hash);
         }
-        self.start.iter().for_each(|weight| {
+        self.of.start.iter().for_each(|weight| {
             hash.real(*weight);
         });
     }
 
     fn init(&self, cx: &StepCx<'_>, state: &mut StateMut<'_>, registered: &mut Outputs<'_>) {
         let all: &mut [f64] = bytemuck::cast_slice_mut(state.longs);
-        all[..self.start.len()].copy_from_slice(&self.start);
-        for placed in &self.rules {
-            placed.rule.start(self.shape, cx.dt_s(), &mut all[placed.state.clone()]);
+        all[..self.of.start.len()].copy_from_slice(&self.of.start);
+        for placed in &self.of.rules {
+            placed.rule.start(self.of.shape, cx.dt_s(), &mut all[placed.state.clone()]);
         }
-        self.show(all, registered);
+        self.of.show(all, registered);
     }
 
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let all: &[f64] = bytemuck::cast_slice(io.state.longs);
-        let weights = &all[..self.start.len()];
-        apply(weights, self.pre(io.inputs), io.scratch.words, io.outputs.get_mut(0));
+        let weights = &all[..self.of.start.len()];
+        apply(weights, self.of.pre(io.inputs), io.scratch.words, io.outputs.get_mut(0));
     }
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
-        let inputs = io.inputs;
+        let (of, inputs) = (&*self.of, io.inputs);
         let all: &mut [f64] = bytemuck::cast_slice_mut(io.state.longs);
-        let (weights, states) = all.split_at_mut(self.start.len());
-        let (pre, output) = (self.pre(inputs), &mut io.scratch.reals[..self.shape.outputs]);
-        if !self.emits || self.rules.iter().any(|rule| rule.needs.output) {
+        let (weights, states) = all.split_at_mut(of.start.len());
+        let (pre, output) = (of.pre(inputs), &mut io.scratch.reals[..of.shape.outputs]);
+        if !of.emits || of.rules.iter().any(|rule| rule.needs.output) {
             apply(weights, pre, io.scratch.words, output);
         }
-        if !self.emits {
+        if !of.emits {
             io.outputs.get_mut(0).copy_from_slice(output);
         }
-        let learning_at = 1 + usize::from(self.post.is_some());
+        let learning_at = 1 + usize::from(of.post.is_some());
         let tick = LearningTick {
             dt_s: cx.dt_s(),
-            shape: self.shape,
+            shape: of.shape,
             pre,
-            post: self.post.as_ref().map_or(&[], |(_, range)| &inputs.get(1)[range.clone()]),
+            post: of.post.as_ref().map_or(&[], |(_, range)| &inputs.get(1)[range.clone()]),
             output,
             signal: &[],
-            learning: if self.switched { inputs.scalar(learning_at).into() } else { 1.0 },
+            learning: if of.switched { inputs.scalar(learning_at).into() } else { 1.0 },
         };
         let learnt = weights.len();
-        for rule in &self.rules {
+        for follower in &self.followers {
+            let activity = if follower.of == Side::Pre { tick.pre } else { tick.post };
+            let trace = follower.trace.start - learnt..follower.trace.end - learnt;
+            follower.follow(activity, &mut states[trace], io.state.reals);
+        }
+        for rule in &of.rules {
             let state = &mut states[rule.state.start - learnt..rule.state.end - learnt];
             rule.rule.observe(&rule.tick(tick, inputs), state);
         }
         let is_delta = |(_, shown): &(String, Shown)| matches!(shown, Shown::Delta);
-        let delta: &mut [Real] = match self.shown.iter().position(is_delta) {
+        let delta: &mut [Real] = match of.shown.iter().position(is_delta) {
             Some(index) => io.outputs.get_mut(index + 1),
             None => &mut [],
         };
         let mut finite = true;
         match tick.learning == 0.0 {
             true => delta.fill(0.0),
-            false => finite = self.learn(weights, states, (tick, inputs), delta),
+            false => finite = of.learn(weights, states, (tick, inputs), delta),
         }
         if !finite {
             let reason = "a weight is no longer a finite number; use a smaller learning rate";
             return Err(NodeFault { reason: reason.into() });
         }
-        self.show(all, &mut io.outputs);
+        of.show(all, &mut io.outputs);
         Ok(())
     }
 }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use ndarray::Array2;
 
-use super::connection::{Connection, Placed, Shown};
+use super::connection::{Connection, Described, Placed, Shown};
 use super::weights::{Weights, WeightsError, save};
-use super::{LearningRule, WeightShape};
+use super::{LearningRule, Side, Trace, WeightShape};
 use crate::files::Overwrite;
 use crate::sim::{In, Module, NodePorts, Out, Scalar, Scope, Simulator, Synapse, Vector};
 
@@ -259,7 +259,15 @@ impl Learned {
                     continue;
                 }
             };
-            if needs.post && targets != Some(shape.outputs) {
+            let follows = |side: Side| needs.traces.iter().any(|trace| trace.of == side);
+            for Trace { state, of, .. } in &needs.traces {
+                let wide = if *of == Side::Pre { shape.inputs } else { shape.outputs };
+                if !needs.state.contains(&(*state, wide)) {
+                    let reason = format!("a part `{state}` of its state, of {wide} numbers");
+                    wrong.push(format!("rule `{}`: a trace needs {reason}", rule.name()));
+                }
+            }
+            if (needs.post || follows(Side::Post)) && targets != Some(shape.outputs) {
                 let found = targets.map_or("none".to_owned(), |count| count.to_string());
                 wrong.push(format!(
                     "rule `{}` needs the activity of {} target neurons; expected `post` with as many, found {found}",
@@ -330,7 +338,7 @@ impl Module for Learned {
             scope.refuse(reason);
         }
         let (shape, layout) = (connection.shape, connection.layout.clone());
-        let node = scope.leaf(connection);
+        let node = scope.process(Described(Arc::new(connection)));
         for (name, out) in [("pre", &self.pre), ("post", &self.post)] {
             if let Some(out) = out {
                 scope.connect(out, &node.input(name), Synapse::None);

@@ -28,15 +28,14 @@ mod learned;
 mod oja;
 mod pes;
 mod rls;
+mod trace;
 mod voja;
 mod weights;
 
 use std::fmt;
 use std::ops::Range;
 
-use multiversion::multiversion;
-
-use super::tuning::{TuningError, refuse};
+use super::tuning::TuningError;
 use crate::sim::{Fingerprint, Real, Synapse};
 
 pub use bcm::Bcm;
@@ -142,6 +141,29 @@ pub struct Needs {
     pub output: bool,
     /// Names and lengths of the parts of its state, one after another. Each can be read and probed by its name.
     pub state: Vec<(&'static str, usize)>,
+    /// Parts of its state that are activities behind a synapse. The connection writes them before
+    /// [`LearningRule::observe`], also while nothing is learned.
+    pub traces: Vec<Trace>,
+}
+
+/// Activities behind a synapse, which follow those of the same tick, without the tick of delay that a connection has.
+#[derive(Debug, Clone, Copy)]
+pub struct Trace {
+    /// Name of the part of the state, as long as there are such neurons.
+    pub state: &'static str,
+    /// The neurons.
+    pub of: Side,
+    /// Any synapse. With [`Synapse::None`] the trace is a copy.
+    pub synapse: Synapse,
+}
+
+/// The neurons on a side of a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The sources.
+    Pre,
+    /// The targets.
+    Post,
 }
 
 /// What a [`LearningRule`] reads in a tick.
@@ -174,34 +196,4 @@ pub struct Stretch<'a> {
     pub columns: Range<usize>,
     /// The weights in this tick.
     pub weights: &'a [f64],
-}
-
-/// Lets traces follow an input through a synapse, without the tick of delay that a connection has. With
-/// [`Synapse::None`] they are copies. Rules follow through a low-pass or none; [`LearningRule::needs`] refuses others.
-pub fn follow(synapse: Synapse, dt_s: f64, input: &[Real], traces: &mut [f64]) {
-    match synapse {
-        Synapse::Lowpass { tau } => {
-            let decay = (-dt_s / tau.as_secs_f64()).exp();
-            low_pass(decay, input, traces);
-        }
-        _ => traces.iter_mut().zip(input).for_each(|(trace, input)| *trace = f64::from(*input)),
-    }
-}
-
-#[multiversion(targets("x86_64+avx2", "x86_64+sse4.1"))]
-fn low_pass(decay: f64, input: &[Real], traces: &mut [f64]) {
-    for (trace, input) in traces.iter_mut().zip(input) {
-        let next = decay * *trace + (1.0 - decay) * f64::from(*input);
-        // Subnormal numbers would be slow.
-        *trace = if next.abs() < 1e-30 { 0.0 } else { next };
-    }
-}
-
-/// Checks a synapse within a rule.
-fn check_synapse(name: &'static str, synapse: Synapse) -> Result<(), TuningError> {
-    match synapse {
-        Synapse::None => Ok(()),
-        Synapse::Lowpass { tau } if !tau.is_zero() => Ok(()),
-        other => Err(refuse(name, other, "`Synapse::None` or a low-pass above 0 s")),
-    }
 }

@@ -1,6 +1,6 @@
 //! Oja's rule: weights grow between neurons that fire together, and stay bounded.
 
-use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use super::{LearningRule, LearningTick, Needs, Side, Stretch, Trace, WeightShape};
 use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Synapse};
 
@@ -58,16 +58,12 @@ impl LearningRule for Oja {
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
         not_negative("rate", self.rate)?;
         not_negative("beta", self.beta)?;
-        check_synapse("pre_synapse", self.synapses[0])?;
-        check_synapse("post_synapse", self.synapses[1])?;
         let state = vec![("pre", shape.inputs), ("post", shape.outputs)];
-        Ok(Needs { post: true, state, ..Needs::default() })
-    }
-
-    fn observe(&self, tick: &LearningTick<'_>, state: &mut [f64]) {
-        let (pre, post) = state.split_at_mut(tick.shape.inputs);
-        follow(self.synapses[0], tick.dt_s, tick.pre, pre);
-        follow(self.synapses[1], tick.dt_s, tick.post, post);
+        let traces = vec![
+            Trace { state: "pre", of: Side::Pre, synapse: self.synapses[0] },
+            Trace { state: "post", of: Side::Post, synapse: self.synapses[1] },
+        ];
+        Ok(Needs { post: true, state, traces, ..Needs::default() })
     }
 
     fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! The prescribed error sensitivity: weights follow an error.
 
-use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use super::{LearningRule, LearningTick, Needs, Side, Stretch, Trace, WeightShape};
 use crate::neurons::tuning::{TuningError, not_negative};
 use crate::sim::{Fingerprint, Real, Synapse};
 
@@ -89,16 +89,14 @@ impl LearningRule for Pes {
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
         not_negative("rate", self.rate)?;
-        check_synapse("pre_synapse", self.pre)?;
         let (signal, output) = self.teacher.needs(shape);
         let state = vec![("pre", shape.inputs), ("error", shape.outputs)];
-        Ok(Needs { signal, output, post: false, state })
+        let traces = vec![Trace { state: "pre", of: Side::Pre, synapse: self.pre }];
+        Ok(Needs { signal, output, post: false, state, traces })
     }
 
     fn observe(&self, tick: &LearningTick<'_>, state: &mut [f64]) {
-        let (pre, error) = state.split_at_mut(tick.shape.inputs);
-        follow(self.pre, tick.dt_s, tick.pre, pre);
-        self.teacher.error(tick, error);
+        self.teacher.error(tick, &mut state[tick.shape.inputs..]);
     }
 
     fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]) {

@@ -2,7 +2,7 @@
 
 use super::connection::dot;
 use super::pes::Teacher;
-use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use super::{LearningRule, LearningTick, Needs, Side, Stretch, Trace, WeightShape};
 use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Synapse};
 
@@ -60,7 +60,6 @@ impl LearningRule for Rls {
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
         not_negative("rate", self.rate)?;
-        check_synapse("pre_synapse", self.pre)?;
         let WeightShape { outputs, inputs } = shape;
         if inputs > MOST_INPUTS {
             return Err(refuse("sources", inputs, format!("at most {MOST_INPUTS}")));
@@ -68,7 +67,8 @@ impl LearningRule for Rls {
         let (signal, output) = self.teacher.needs(shape);
         let state =
             vec![("pre", inputs), ("error", outputs), ("gain", inputs), ("inverse", inputs.pow(2))];
-        Ok(Needs { signal, output, post: false, state })
+        let traces = vec![Trace { state: "pre", of: Side::Pre, synapse: self.pre }];
+        Ok(Needs { signal, output, post: false, state, traces })
     }
 
     fn start(&self, shape: WeightShape, dt_s: f64, state: &mut [f64]) {
@@ -83,7 +83,6 @@ impl LearningRule for Rls {
         let (pre, rest) = state.split_at_mut(n);
         let (error, rest) = rest.split_at_mut(tick.shape.outputs);
         let (gain, inverse) = rest.split_at_mut(n);
-        follow(self.pre, tick.dt_s, tick.pre, pre);
         self.teacher.error(tick, error);
         let share = tick.learning.clamp(0.0, 1.0);
         if share == 0.0 {

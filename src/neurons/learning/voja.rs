@@ -1,6 +1,6 @@
 //! The Vector-Oja rule: encoders move toward the values at which their neurons fire.
 
-use super::{LearningRule, LearningTick, Needs, Stretch, WeightShape, check_synapse, follow};
+use super::{LearningRule, LearningTick, Needs, Side, Stretch, Trace, WeightShape};
 use crate::neurons::tuning::{TuningError, not_negative, refuse};
 use crate::sim::{Fingerprint, Synapse};
 
@@ -54,15 +54,12 @@ impl LearningRule for Voja {
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
         not_negative("rate", self.rate)?;
-        check_synapse("post_synapse", self.post)?;
         if !(self.radius.is_finite() && self.radius > 0.0) {
             return Err(refuse("radius", self.radius, "a finite number above 0"));
         }
-        Ok(Needs { post: true, state: vec![("post", shape.outputs)], ..Needs::default() })
-    }
-
-    fn observe(&self, tick: &LearningTick<'_>, state: &mut [f64]) {
-        follow(self.post, tick.dt_s, tick.post, state);
+        let state = vec![("post", shape.outputs)];
+        let traces = vec![Trace { state: "post", of: Side::Post, synapse: self.post }];
+        Ok(Needs { post: true, state, traces, ..Needs::default() })
     }
 
     fn change(&self, tick: &LearningTick<'_>, state: &[f64], of: &Stretch<'_>, change: &mut [f64]) {

@@ -85,7 +85,7 @@ impl AdaptiveLif {
         adaptation: &mut f64,
     ) -> bool {
         let fires = self.lif.step_exactly(dt_s, current - *adaptation, voltage, refractory_s);
-        let rate = if fires { 1.0 / dt_s } else { 0.0 };
+        let rate = if fires { self.lif.amplitude / dt_s } else { 0.0 };
         *adaptation += dt_s / self.tau_n_s * (self.inc_n * rate - *adaptation);
         fires
     }
@@ -145,7 +145,7 @@ impl NeuronModel for AdaptiveLifRate {
     tuned_as!(this => this.0);
 
     fn check(&self, dt_s: f64) -> Result<(), TuningError> {
-        self.0.lif.check_membrane(dt_s)?;
+        self.0.lif.check(dt_s)?;
         self.0.check_adaptation(dt_s)
     }
 

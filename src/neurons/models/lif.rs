@@ -9,7 +9,7 @@ use multiversion::multiversion;
 use ndarray::NdFloat;
 use serde::{Deserialize, Serialize};
 
-use super::{Block, Firing, NeuronModel, Start, Variable};
+use super::{Block, Firing, NeuronModel, Start, Variable, check_seconds};
 use crate::neurons::tuning::{TuningError, refuse};
 use crate::sim::{Fingerprint, Real};
 
@@ -17,18 +17,26 @@ use crate::sim::{Fingerprint, Real};
 /// chapter 4).
 ///
 /// The resting voltage is 0 and the threshold is 1; currents are in the same unit. By default the membrane time
-/// constant is 20 ms and the refractory period 2 ms.
+/// constant is 20 ms and the refractory period 2 ms. A neuron fires at most once in a tick, also where its refractory
+/// period is shorter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Lif {
     /// Membrane time constant, in seconds (above 0).
     pub tau_rc_s: f64,
     /// Refractory period, in seconds (at least 0).
     pub tau_ref_s: f64,
+    /// Size of a spike, in spikes (finite, above 0; default 1). Rates and activities are multiplied by it, gains and biases
+    /// are not: a maximum rate is that of the spikes.
+    pub amplitude: f64,
+    /// Least voltage (at most 0, which is the default; minus infinity for none). Below 0 inhibition has a memory: the
+    /// neuron fires later for it. The neuron is then never at rest, so a gate cannot close it.
+    pub min_voltage: f64,
 }
 
 impl Default for Lif {
     fn default() -> Self {
-        Self { tau_rc_s: 0.02, tau_ref_s: 0.002 }
+        Self { tau_rc_s: 0.02, tau_ref_s: 0.002, amplitude: 1.0, min_voltage: 0.0 }
     }
 }
 
@@ -45,39 +53,35 @@ fn rate<T: NdFloat>(current: T, tau_rc: T, tau_ref: T) -> T {
 }
 
 impl Lif {
-    /// Returns the firing rate at the constant current J, in Hz. It is `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))`
-    /// for J above 1, and otherwise 0.
+    /// Returns the firing rate at the constant current J, in Hz. It is the amplitude times
+    /// `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))` for J above 1, and otherwise 0.
     pub fn rate(&self, current: f64) -> f64 {
-        rate(current, self.tau_rc_s, self.tau_ref_s)
+        self.amplitude * rate(current, self.tau_rc_s, self.tau_ref_s)
     }
 
     /// Returns the rate as a function of the current, in single precision.
     pub(super) fn rate_of(&self) -> impl Fn(Real) -> Real + use<> {
         let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
-        move |current| rate(current, tau_rc, tau_ref)
+        let amplitude = self.amplitude as Real;
+        move |current| amplitude * rate(current, tau_rc, tau_ref)
     }
 
-    /// Checks the time constants, and that a tick is short beside that of the membrane.
-    pub(super) fn check_membrane(&self, dt_s: f64) -> Result<(), TuningError> {
-        let Self { tau_rc_s, tau_ref_s } = *self;
-        if !(tau_rc_s.is_finite() && tau_rc_s > 0.0) {
-            return Err(refuse("tau_rc_s", tau_rc_s, "a finite number of seconds above 0"));
+    /// Adds the parameters to a hash. Neurons that are as they always were keep the hash, and so the start, that they
+    /// always had.
+    pub(super) fn add_to(&self, hash: &mut Fingerprint) {
+        hash.real(self.tau_rc_s).real(self.tau_ref_s);
+        let usual = Self::default();
+        if (self.amplitude, self.min_voltage) != (usual.amplitude, usual.min_voltage) {
+            hash.real(self.amplitude).real(self.min_voltage);
         }
-        if !(tau_ref_s.is_finite() && tau_ref_s >= 0.0) {
-            return Err(refuse("tau_ref_s", tau_ref_s, "a finite number of seconds, at least 0"));
-        }
-        if dt_s > MAX_TICK * tau_rc_s {
-            let expected = format!("at most {MAX_TICK} of tau_rc ({} s)", MAX_TICK * tau_rc_s);
-            return Err(refuse("tick", format!("{dt_s} s"), expected));
-        }
-        Ok(())
     }
 
     /// Returns the step of a neuron for ticks of `dt` seconds.
     #[inline(always)]
     pub(super) fn tick(&self, dt: Real) -> Tick {
         let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
-        Tick { dt, tau_rc, tau_ref, per_tau: (1.0 / self.tau_rc_s) as Real }
+        let (amplitude, floor) = (self.amplitude as Real, self.min_voltage as Real);
+        Tick { dt, tau_rc, tau_ref, per_tau: (1.0 / self.tau_rc_s) as Real, amplitude, floor }
     }
 
     /// Steps one neuron by `dt_s` seconds at a constant current, in double precision and without series: the reference for
@@ -101,7 +105,7 @@ impl Lif {
             *voltage = 0.0;
             return true;
         }
-        *voltage = voltage.max(0.0);
+        *voltage = voltage.max(self.min_voltage);
         false
     }
 }
@@ -111,10 +115,21 @@ impl NeuronModel for Lif {
         "lif"
     }
 
+    /// A tick must be short beside the time constant of the membrane.
     fn check(&self, dt_s: f64) -> Result<(), TuningError> {
-        self.check_membrane(dt_s)?;
-        if dt_s > self.tau_ref_s {
-            let expected = format!("at most the refractory period of {} s", self.tau_ref_s);
+        let Self { tau_rc_s, tau_ref_s, amplitude, min_voltage } = *self;
+        check_seconds("tau_rc_s", tau_rc_s)?;
+        if !(tau_ref_s.is_finite() && tau_ref_s >= 0.0) {
+            return Err(refuse("tau_ref_s", tau_ref_s, "a finite number of seconds, at least 0"));
+        }
+        if !(amplitude.is_finite() && amplitude > 0.0) {
+            return Err(refuse("amplitude", amplitude, "a finite number above 0"));
+        }
+        if min_voltage.is_nan() || min_voltage > 0.0 {
+            return Err(refuse("min_voltage", min_voltage, "at most 0, or minus infinity"));
+        }
+        if dt_s > MAX_TICK * tau_rc_s {
+            let expected = format!("at most {MAX_TICK} of tau_rc ({} s)", MAX_TICK * tau_rc_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
         Ok(())
@@ -145,7 +160,8 @@ impl NeuronModel for Lif {
     }
 
     fn rates_single(&self, currents: &mut [f32]) {
-        rates_by_series(self.tau_ref_s as f32, self.tau_rc_s as f32, currents);
+        let (tau_ref, tau_rc) = (self.tau_ref_s as f32, self.tau_rc_s as f32);
+        rates_by_series((tau_ref, tau_rc), self.amplitude as f32, currents);
     }
 
     /// Only just after a spike is more than one refractory period left.
@@ -170,13 +186,19 @@ impl NeuronModel for Lif {
         }
     }
 
-    /// A current above 0 moves the voltage, although only one above 1 makes the neuron fire.
+    /// A current above 0 moves the voltage, although only one above 1 makes the neuron fire. With a floor below 0 any
+    /// current does.
     fn rest_below(&self) -> f64 {
-        0.0
+        if self.min_voltage < 0.0 { f64::NEG_INFINITY } else { 0.0 }
+    }
+
+    /// 15 of the decay, 3 of the voltage, 16 of the moment of a spike, 2 of the refractory time.
+    fn operations(&self) -> u32 {
+        36
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.real(0.0).real(self.tau_rc_s).real(self.tau_ref_s);
+        self.add_to(hash.real(0.0));
     }
 }
 
@@ -186,14 +208,17 @@ pub(super) struct Tick {
     tau_rc: Real,
     tau_ref: Real,
     per_tau: Real,
+    amplitude: Real,
+    /// Least voltage.
+    floor: Real,
 }
 
 impl Tick {
-    /// Steps a neuron with voltage `v` and rest `r` of its refractory period at the current `c`. Returns 1 if it fires,
-    /// else 0. Without branches.
+    /// Steps a neuron with voltage `v` and rest `r` of its refractory period at the current `c`. Returns the size of
+    /// a spike if it fires, else 0. Without branches.
     #[inline(always)]
     pub fn step(&self, c: Real, v: &mut Real, r: &mut Real) -> Real {
-        let Self { dt, tau_rc, tau_ref, per_tau } = *self;
+        let Self { dt, tau_rc, tau_ref, per_tau, amplitude, floor } = *self;
         let left = *r - dt;
         let free = dt - left;
         let free = if free < dt { free } else { dt };
@@ -209,9 +234,9 @@ impl Tick {
         let spike = next > 1.0;
         let resting = if left > 0.0 { left } else { 0.0 };
         *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
-        let silent = if next > 0.0 { next } else { 0.0 };
+        let silent = if next > floor { next } else { floor };
         *v = if spike { 0.0 } else { silent };
-        if spike { 1.0 } else { 0.0 }
+        if spike { amplitude } else { 0.0 }
     }
 }
 
@@ -220,7 +245,7 @@ impl Tick {
 /// The logarithm is split. The exponent gives one part. The mantissa q lies between the square roots of 1/2 and 2; the
 /// series of `2 artanh((q - 1) / (q + 1))` gives its logarithm.
 #[multiversion(targets("x86_64+avx2+fma", "x86_64+avx2", "x86_64+sse4.1"))]
-fn rates_by_series(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
+fn rates_by_series((tau_ref, tau_rc): (f32, f32), amplitude: f32, currents: &mut [f32]) {
     for current in currents {
         let over = if *current - 1.0 > 1e-6 { *current - 1.0 } else { 1e-6 };
         let bits = ((1.0 + over) / over).to_bits().wrapping_sub(ROOT_HALF);
@@ -231,7 +256,7 @@ fn rates_by_series(tau_ref: f32, tau_rc: f32, currents: &mut [f32]) {
         let series = 1.0 / 5.0 + square * (1.0 / 7.0 + square * (1.0 / 9.0));
         let mantissa = 2.0 * s * (1.0 + square * (1.0 / 3.0 + square * series));
         let log = exponent as f32 * std::f32::consts::LN_2 + mantissa;
-        *current = if *current > 1.0 { 1.0 / (tau_ref + tau_rc * log) } else { 0.0 };
+        *current = if *current > 1.0 { amplitude / (tau_ref + tau_rc * log) } else { 0.0 };
     }
 }
 

@@ -16,7 +16,7 @@ impl NeuronModel for LifRate {
     }
 
     fn check(&self, dt_s: f64) -> Result<(), TuningError> {
-        self.0.check_membrane(dt_s)
+        self.0.check(dt_s)
     }
 
     fn gain_bias(&self, max_rate: f64, intercept: f64) -> Result<(f64, f64), TuningError> {
@@ -54,7 +54,12 @@ impl NeuronModel for LifRate {
         1.0
     }
 
+    /// The logarithm counts as one.
+    fn operations(&self) -> u32 {
+        7
+    }
+
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        hash.real(1.0).real(self.0.tau_rc_s).real(self.0.tau_ref_s);
+        self.0.add_to(hash.real(1.0));
     }
 }

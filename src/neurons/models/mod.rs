@@ -219,6 +219,12 @@ pub trait NeuronModel: fmt::Debug + Send + Sync + 'static {
         None
     }
 
+    /// Returns the number of additions, multiplications and divisions in the step of a neuron, for accounts of speed
+    /// ([`Traffic`](super::Traffic)). The default, 0, is for models whose operations nobody has counted.
+    fn operations(&self) -> u32 {
+        0
+    }
+
     /// Adds to `hash` what tells this model from others: its name, and every number that affects its results.
     fn fingerprint(&self, hash: &mut Fingerprint);
 

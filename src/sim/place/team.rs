@@ -356,6 +356,11 @@ impl Team {
         Self { own, workers, places }
     }
 
+    /// Number of threads, the caller's among them.
+    pub fn threads(&self) -> usize {
+        1 + self.workers.as_ref().map_or(0, |workers| workers.threads.len())
+    }
+
     /// Advances all parts, and calls `meanwhile` while the others compute. The results of each part go to its range in
     /// `results`.
     ///

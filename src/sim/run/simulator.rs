@@ -2,6 +2,7 @@
 //!
 //! Memory for samples is reserved between blocks of ticks, so that no tick allocates.
 
+use std::any::Any;
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -278,6 +279,11 @@ impl Simulator {
         }
     }
 
+    /// Returns the number of threads that compute a tick.
+    pub fn threads(&self) -> usize {
+        self.team.threads()
+    }
+
     /// Returns the graph.
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
@@ -402,6 +408,15 @@ impl Simulator {
             longs: &self.arenas.longs[node.longs.of()],
         };
         unit < body.units() && body.event(&state, unit)
+    }
+
+    /// Calls `look` with the node, the index and the state after the last tick of every part that this process computes.
+    pub(crate) fn look_at_parts(&self, mut look: impl FnMut(&dyn Any, usize, &[Real])) {
+        for (index, part) in self.graph.parts.iter().enumerate() {
+            let node = self.graph.divided[part.divided as usize].node as usize;
+            let body = &*self.graph.bodies[node] as &dyn Any;
+            self.team.with_state(index, |state| look(body, part.index as usize, state));
+        }
     }
 
     fn event_in_parts(&self, all: Span, parts: Option<&dyn Parts>, unit: usize) -> bool {

@@ -9,7 +9,7 @@ use std::fmt;
 
 pub use hrr::Hrr;
 pub use linear::{LinearMap, ProductForm};
-pub use vtb::Vtb;
+pub use vtb::{Tvtb, Vtb};
 
 use super::error::VocabError;
 use crate::sim::{AsPointer, Real, VocabTag};

@@ -5,6 +5,7 @@
 //! and 10 ms at probes.
 
 mod brain;
+mod limits;
 mod networks;
 mod planners;
 
@@ -14,14 +15,18 @@ use std::time::Instant;
 
 use thiserror::Error;
 
-use crate::neurons::{LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, neurons};
+use crate::neurons::{
+    LifSpec, Population, PopulationPlan, SelectRule, SolvedModel, Traffic, neurons,
+};
 use crate::sim::{
-    Graph, GraphBuilder, Kind, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig, Seed,
-    SimDuration, Simulator, Synapse, Threads, Timebase, Vector, VocabTag, few, meant,
+    Fingerprint, Graph, GraphBuilder, Kind, Pointer, ProbeId, ProbeSpec, Ranks, Real, RunConfig,
+    Seed, SimDuration, Simulator, Synapse, Threads, Timebase, Vector, VocabTag, few, meant,
 };
 use crate::spa::cosine_of_slices;
 use crate::task::TaskError;
 use crate::task::planner::Unbinding;
+
+pub use limits::{Bound, Limits, machine};
 
 /// A standard network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,8 +129,14 @@ pub struct Measured {
     pub sim_s: f64,
     /// Wall-clock time of a neuron's tick, in nanoseconds; 0 without neurons.
     pub ns_per_neuron_step: f64,
+    /// Number of threads that computed a tick.
+    pub threads: usize,
+    /// What the neurons of this process read, write and compute in a tick: the mean of one tick in fifty.
+    pub traffic: Traffic,
     /// Measures of quality, with their names.
     pub quality: Vec<(&'static str, f64)>,
+    /// Hash of the bits of all outputs of the first 300 ms.
+    pub bits: u64,
 }
 
 /// Vocabulary tag of the pointers in [`Model::Bind`], [`Model::State`] and [`Model::Memory`].
@@ -140,6 +151,8 @@ const PROBE: Synapse = Synapse::lowpass_ms(10);
 /// Simulated time at which quality is measured, in ms and in seconds.
 const READ_MS: u64 = 300;
 const READ_S: f64 = 0.3;
+/// Simulated time between two looks at the neurons, in ms.
+const LOOK_MS: usize = 50;
 
 enum Reading {
     /// Cosine similarity of the output to a pointer.
@@ -230,27 +243,49 @@ impl Built {
         &self.graph
     }
 
-    /// Runs the network and measures its speed and quality.
+    /// Returns the wall-clock time of the build in seconds, as in [`Measured`].
+    pub fn build_s(&self) -> f64 {
+        self.build_s
+    }
+
+    /// Runs the network on [`Threads::Auto`] and measures its speed and quality.
     ///
     /// # Errors
     /// [`TaskError::Sim`] if a value becomes infinite or NaN.
     pub fn run(&self) -> Result<Measured, TaskError> {
-        let run = RunConfig::seeded(self.spec.seed).with_threads(Threads::Auto);
+        self.run_on(Threads::Auto)
+    }
+
+    /// Runs the network on these threads, as [`run`](Self::run) does.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn run_on(&self, threads: Threads) -> Result<Measured, TaskError> {
+        let run = RunConfig::seeded(self.spec.seed).with_threads(threads);
         let mut sim = Simulator::new(self.graph.clone(), run)?;
         // Quality is measured in the first 300 ms. The rest of the run only measures time, so its samples are dropped.
-        let begun = Instant::now();
-        sim.run_for(SimDuration::from_millis(READ_MS))?;
-        let mut run_s = begun.elapsed().as_secs_f64();
-        let rows = match &self.probe {
-            Watched::Pointer(probe) => rows(&sim, probe),
-            Watched::Vector(probe) => rows(&sim, probe),
-        };
-        for from in (READ_MS..self.spec.sim_ms).step_by(1_000) {
-            sim.clear_recordings();
+        let (mut run_s, mut traffic, mut looks) = (0.0, Traffic::default(), 0);
+        let mut recorded = Vec::new();
+        for from in (0..self.spec.sim_ms).step_by(LOOK_MS) {
+            let until = (from + LOOK_MS as u64).min(self.spec.sim_ms);
             let begun = Instant::now();
-            sim.run_for(SimDuration::from_millis((self.spec.sim_ms - from).min(1_000)))?;
+            sim.run_for(SimDuration::from_millis(until - from))?;
             run_s += begun.elapsed().as_secs_f64();
+            (traffic, looks) = (traffic.plus(Traffic::of(&sim)), looks + 1);
+            if until == READ_MS {
+                recorded = match &self.probe {
+                    Watched::Pointer(probe) => rows(&sim, probe),
+                    Watched::Vector(probe) => rows(&sim, probe),
+                };
+            }
+            if until >= READ_MS {
+                sim.clear_recordings();
+            }
         }
+        let mut bits = Fingerprint::default();
+        recorded.iter().for_each(|(_, row)| {
+            bits.reals(row);
+        });
         let sim_s = self.spec.sim_ms as f64 / 1e3;
         let steps = self.neurons as f64 * self.spec.sim_ms as f64;
         Ok(Measured {
@@ -260,7 +295,10 @@ impl Built {
             run_s,
             sim_s,
             ns_per_neuron_step: if steps > 0.0 { run_s * 1e9 / steps } else { 0.0 },
-            quality: self.quality(&rows),
+            threads: sim.threads(),
+            traffic: traffic.over(f64::from(looks)),
+            quality: self.quality(&recorded),
+            bits: bits.value(),
         })
     }
 

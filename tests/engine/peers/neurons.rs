@@ -305,3 +305,104 @@ fn neurons_start_where_they_are_told() {
     graph.add("a", Ensemble::new(1).neurons(5).expose_neurons().start("voltage", Start::At(0.0)));
     assert!(refused(&graph).contains("voltages, refractory times"));
 }
+
+#[test]
+fn without_a_refractory_time_a_neuron_fires_in_every_tick() {
+    let mut graph = GraphBuilder::new();
+    let cell = Ensemble::new(1).neurons(1).expose_neurons().max_rates(1000.0).intercepts(0.0);
+    let cell = cell.model(Lif { tau_ref_s: 0.0, ..Lif::default() });
+    let cell = graph.add("cell", cell.encoders(Encoders::given([[1.0]])));
+    let given = graph.add("given", Constant::vector(&[10.0]));
+    graph.route(&given >> &cell.input);
+    let probe = graph.probe(&cell.neurons(), ProbeSpec::default());
+    let sim = run(&graph, &lif(), 20);
+    let all = samples(&sim, &probe);
+    assert_eq!(all.len(), 20);
+    assert!(all[1..].iter().all(|rate| (rate[0] - 1000.0).abs() < 1e-3), "{all:?}");
+}
+
+#[test]
+fn a_voltage_floor_below_zero_gives_inhibition_a_memory() {
+    let floors = [f64::NEG_INFINITY, -1.0, 0.0];
+    let model = |min_voltage| Lif { min_voltage, ..Lif::default() };
+    for floor in floors {
+        let mut graph = GraphBuilder::new();
+        let wave = graph.add("wave", sines(1));
+        let ensemble = Ensemble::new(1).neurons(10).max_rates(400.0).intercepts(0.8).identity("x");
+        let cells = graph.add("cells", ensemble.model(model(floor)).expose_state("voltages"));
+        graph.route(&wave >> &cells.input);
+        let probe = graph.probe(&cells.state("voltages"), ProbeSpec::default());
+        let sim = run(&graph, &lif(), 1000);
+        let least = samples(&sim, &probe).concat().into_iter().fold(0.0, Real::min);
+        match floor.is_finite() {
+            true => assert_eq!(f64::from(least), floor),
+            false => assert!(least < -100.0, "{least}"),
+        }
+    }
+    // After 100 ms at a current of -5, a current of 2 makes a neuron fire from its floor on: from 0 after 14 ticks, from
+    // -1 after 20 ms ln 3 = 22, from -4.96 after 20 ms ln 6.96 = 38.8.
+    let first = floors.map(|floor| {
+        let mut graph = GraphBuilder::new();
+        let cell = Ensemble::new(1).neurons(1).expose_neurons().start("voltages", Start::At(0.0));
+        let cell = graph.add("cell", cell);
+        let current = Signal::vector(1, |t, out| out[0] = if t < 0.1004 { -5.0 } else { 2.0 });
+        let current = graph.add("current", current);
+        graph.route(&current >> &cell.currents());
+        let probe = graph.probe(&cell.neurons(), ProbeSpec::default());
+        let sim = run(&graph, &alike(model(floor), 0.0, 0.0), 200);
+        samples(&sim, &probe).iter().position(|rate| rate[0] > 0.0).expect("it fires")
+    });
+    let after = |floor: usize| first[floor] - first[2];
+    assert!((7..=9).contains(&after(1)) && (23..=26).contains(&after(0)), "{first:?}");
+}
+
+#[test]
+fn voltages_refractory_times_and_adaptation_are_probed() {
+    let names = ["voltages", "refractory times", "adaptation"];
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.5; 3]));
+    let all = Ensemble::new(1).neurons(10).copies(3).model(AdaptiveLif::default()).identity("x");
+    let all = graph.add("all", names.iter().fold(all, |all, name| all.expose_state(name)));
+    graph.route(&given >> &all.input);
+    let spikes = graph.probe(&all.neurons(), ProbeSpec::default());
+    let probes = names.map(|name| graph.probe(&all.state(name), ProbeSpec::default()));
+    let sim = run(&graph, &lif(), 100);
+    let spikes = samples(&sim, &spikes);
+    let [voltages, refractory, adaptation] = probes.map(|probe| samples(&sim, &probe));
+    assert!(voltages.len() == 100 && voltages.iter().all(|row| row.len() == 30));
+    assert!(voltages.concat().iter().all(|v| (0.0..=1.0).contains(v)));
+    // A neuron has just fired if and only if more than its refractory period is left, and then its voltage is 0.
+    let mut fired = 0;
+    for (tick, row) in spikes.iter().enumerate() {
+        for (neuron, rate) in row.iter().enumerate() {
+            assert_eq!(*rate > 0.0, refractory[tick][neuron] > 0.002, "{tick} {neuron}");
+            assert!(*rate == 0.0 || voltages[tick][neuron] == 0.0);
+            fired += usize::from(*rate > 0.0);
+        }
+    }
+    assert!(fired > 50, "{fired}");
+    assert!(adaptation[99].iter().any(|n| *n > 0.1) && adaptation[0].iter().all(|n| *n < 0.02));
+    // Of one neuron at a current of 2, as the equation has it.
+    let mut graph = GraphBuilder::new();
+    let cell = Ensemble::new(1).neurons(1).start("voltages", Start::At(0.0));
+    let cell = graph.add("cell", cell.expose_state("voltages"));
+    let current = graph.add("current", Constant::vector(&[2.0]));
+    graph.route(&current >> &cell.currents());
+    let probe = graph.probe(&cell.state("voltages"), ProbeSpec::default());
+    let sim = run(&graph, &alike(Lif::default(), 0.0, 0.0), 10);
+    let all = samples(&sim, &probe);
+    near(&[all[4][0], all[9][0]], &[0.442_398_43, 0.786_938_7], 1e-5);
+    // No other names, and none of a model without state.
+    let said = |set: fn(Ensemble) -> Ensemble| {
+        let mut graph = GraphBuilder::new();
+        graph.add("cell", set(Ensemble::new(1).neurons(5)));
+        refused(&graph)
+    };
+    let expected =
+        "`expose_state` is `voltage`; expected one of the model `lif`: voltages, refractory times";
+    let wrong = said(|cell| cell.expose_state("voltage"));
+    assert!(wrong.contains(expected), "{wrong}");
+    let expected = "expected none: neurons of the model `rate` have no state";
+    let wrong = said(|cell| cell.model(LifRate::default()).expose_state("voltages"));
+    assert!(wrong.contains(expected), "{wrong}");
+}

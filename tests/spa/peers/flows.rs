@@ -3,7 +3,7 @@
 use symbolt::neurons::Ensemble;
 use symbolt::prelude::*;
 use symbolt::sim::{Apply, InputSpec, OutputSpec, Real, Signal};
-use symbolt::spa::{Bind, Compare, Hrr, Unbind, Vtb};
+use symbolt::spa::{Bind, Compare, Hrr, Tvtb, Unbind, Vtb};
 
 use super::{Others, Words, like, mean, run, smooth, words};
 
@@ -158,6 +158,38 @@ fn an_expression_over_modules_is_that_over_pointers() {
     };
     of(new().algebra(Hrr).build().expect("sound"));
     of(new().algebra(Vtb).build().expect("sound"));
+}
+
+#[test]
+fn the_product_of_two_matrices_is_bound_and_unbound_on_either_side() {
+    let builder = VocabularyBuilder::<Words>::new(64, Seed::new(1)).or_best_of(200);
+    let v = builder.pointers(["A", "B"]).algebra(Tvtb).build().expect("sound");
+    let mut graph = GraphBuilder::new();
+    let [a, b] = ["A", "B"].map(|name| {
+        let state = graph.add(&name.to_lowercase(), State::new(&v));
+        let given = v.get(name).expect("there");
+        let given = graph.add(&format!("{name}-given"), Constant::pointer(v.space(), &given));
+        graph.route(&given >> &state);
+        state
+    });
+    let [bound, left, right] =
+        ["bound", "left", "right"].map(|name| graph.add(name, State::new(&v)));
+    graph.route(&a * &b >> &bound);
+    graph.route(!&a * &bound >> &left);
+    graph.route(&bound * !&b >> &right);
+    let probes = [&bound, &left, &right].map(|s| graph.probe(&s.output, smooth(30)));
+    let sim = run(&graph, 400);
+    for (probe, text) in probes.iter().zip(["A * B", "~A * A * B", "A * B * ~B"]) {
+        let found = sim.samples(probe).last().expect("there").1;
+        let similar = cosine(&found, &v.parse(text).expect("sound"));
+        assert!(similar > 0.8, "{text}: {similar}");
+        // Not what the other order binds to.
+        assert!(cosine(&found, &v.parse("B * A").expect("sound")) < 0.6, "{text}");
+    }
+    for (probe, name) in [(&probes[1], "B"), (&probes[2], "A")] {
+        let found = sim.samples(probe).last().expect("there").1;
+        assert!(cosine(&found, &v.get(name).expect("there")) > 0.5, "{name}");
+    }
 }
 
 #[test]

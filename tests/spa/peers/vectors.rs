@@ -2,7 +2,7 @@
 
 use symbolt::prelude::*;
 use symbolt::sim::{PointerRef, Real};
-use symbolt::spa::{Hrr, VocabError, Vtb, norm};
+use symbolt::spa::{Hrr, Tvtb, VocabError, Vtb, norm};
 
 use super::{Others, Words, run, smooth, words};
 
@@ -57,7 +57,8 @@ fn algebras_obey_their_laws() {
         let builder = VocabularyBuilder::<Words>::new(64, Seed::new(1)).or_best_of(100);
         builder.pointers(["A", "B", "C"]).unitary("U").unitary("V")
     };
-    for v in [new().algebra(Hrr).build(), new().algebra(Vtb).build()] {
+    let algebras = [new().algebra(Hrr), new().algebra(Vtb), new().algebra(Tvtb)];
+    for v in algebras.map(|builder| builder.build()) {
         let v = v.expect("sound");
         let of = |text: &str| v.parse(text).expect("sound").to_vec();
         let name = v.algebra().name();

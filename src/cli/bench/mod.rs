@@ -1,15 +1,18 @@
 //! `symbolt bench`: the speed and quality of a standard network.
 
+mod account;
+mod compare;
+mod figures;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Error, bail, ensure};
+use anyhow::{Context, Error, bail};
 use clap::Args;
-use serde_json::{Map, Value, json};
-use symbolt::files::{Limit, Overwrite, check_output, write_atomic};
+use symbolt::files::{Limit, Overwrite, check_output, read_beginning, write_atomic};
 use symbolt::neurons::{Population, SelectRule, SolvedFileError, SolvedModel, Tuning};
 use symbolt::sim::{Seed, SimDuration, few, meant};
-use symbolt::study::standard::{Built, Measured, Model, Standard};
+use symbolt::study::standard::{Built, Model, Standard};
 use symbolt::task::TaskError;
 use symbolt::task::planner::Unbinding;
 
@@ -17,13 +20,14 @@ use super::end::{BadArgument, Outcome};
 use super::kind::{Given, Kind, parsed};
 use super::options::{Common, number, unused, whole};
 use super::output::{Progress, answer, overwrite, use_threads};
-use super::table::Grid;
 use super::{rank, ranks};
+use figures::Figures;
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
     /// Network: bind, state, memory, select, channel, planner, large or brain
-    pub model: String,
+    #[arg(required_unless_present = "account")]
+    pub model: Option<String>,
     #[command(flatten)]
     pub common: Common,
     /// Mode of the layers: direct, rate or lif (spiking)
@@ -39,8 +43,9 @@ pub(crate) struct BenchArgs {
     #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = number::<f64>)]
     pub sim_seconds: f64,
     /// Number of runs; the median one is reported
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<usize>)]
-    pub runs: usize,
+    /// [default: 3; 9 with --compare]
+    #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<usize>)]
+    pub runs: Option<usize>,
     /// Unbinding of the network `planner`: products (neurons)
     /// or fixed (a linear map)
     /// [default: products]
@@ -60,9 +65,26 @@ pub(crate) struct BenchArgs {
     /// File to read the solved populations from
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
+    /// Earlier result of `bench --json`, or another program symbolt, to
+    /// compare with; exit code 1 if this one is slower or has other results
+    #[arg(verbatim_doc_comment, long, value_name = "FILE", conflicts_with_all = ["save", "load"])]
+    pub compare: Option<PathBuf>,
+    /// Measure all networks, and the rest of the program, as a page in
+    /// Markdown
+    #[arg(verbatim_doc_comment, long)]
+    #[arg(conflicts_with_all = ["model", "mode", "unbinding", "choice", "save", "load", "compare", "json"])]
+    pub account: bool,
 }
 
 impl BenchArgs {
+    fn model(&self) -> &str {
+        self.model.as_deref().unwrap_or_default()
+    }
+
+    fn runs(&self) -> usize {
+        self.runs.unwrap_or(if self.compare.is_some() { 9 } else { 3 })
+    }
+
     fn unbinding(&self) -> &str {
         self.unbinding.as_deref().unwrap_or("products")
     }
@@ -73,18 +95,59 @@ impl BenchArgs {
 }
 
 pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
-    let model: Model = args.model.parse()?;
+    check(args)?;
+    use_threads(&args.common)?;
+    let progress = Progress::new(&args.common);
+    if args.account {
+        return account::account(args, &progress);
+    }
+    let spec = spec(args)?;
+    let model: Model = args.model().parse()?;
+    if let Some(other) = &args.compare {
+        return compare::compare(args, other, progress, |progress| {
+            figures(args, &spec, model, progress)
+        });
+    }
+    match args.save.as_deref() {
+        Some(_) if rank::own().is_some() => {
+            let problem = "--save: several processes share the network, and none has all of it; save it in one process";
+            bail!(BadArgument(problem.into()));
+        }
+        Some(path) if path.as_os_str() == "-" => {
+            bail!(BadArgument("--save -: must be a file name; the file is binary".into()));
+        }
+        Some(path) => check_output(path, overwrite(args.force))?,
+        None => {}
+    }
+    ranks::check_alike(args.load.as_deref())?;
+    let figures = figures(args, &spec, model, &progress)?;
+    drop(progress);
+    answer(&args.common, || figures.to_json(), || figures.table().to_string())
+}
+
+/// Checks the numbers among the options.
+fn check(args: &BenchArgs) -> Result<(), BadArgument> {
+    let ranges = [
+        ("--sim-seconds", args.sim_seconds, 0.3..=3600.0, "0.3 to 3600"),
+        ("--runs", args.runs() as f64, 1.0..=1_000.0, "1 to 1000"),
+        (
+            "--neurons-scale",
+            args.neurons_scale,
+            f64::MIN_POSITIVE..=1e3,
+            "more than 0 and at most 1000",
+        ),
+    ];
+    match ranges.into_iter().find(|(_, value, range, _)| !range.contains(value)) {
+        Some((option, value, _, expected)) => Err(BadArgument::range(option, value, expected)),
+        None => Ok(()),
+    }
+}
+
+/// Returns the settings of the network.
+fn spec(args: &BenchArgs) -> Result<Standard, Error> {
+    let model: Model = args.model().parse()?;
     let population: Population = args.mode.parse()?;
     let population = population.tuned(|usual| Tuning { scale: args.neurons_scale, ..usual });
-    ensure!(
-        (0.3..=3600.0).contains(&args.sim_seconds),
-        BadArgument::range("--sim-seconds", args.sim_seconds, "0.3 to 3600")
-    );
-    ensure!((1..=1_000).contains(&args.runs), BadArgument::range("--runs", args.runs, "1 to 1000"));
-    ensure!(
-        args.neurons_scale > 0.0 && args.neurons_scale <= 1e3,
-        BadArgument::range("--neurons-scale", args.neurons_scale, "more than 0 and at most 1000")
-    );
     if population == Population::Direct && (args.save.is_some() || args.load.is_some()) {
         let problem = "--save and --load need --mode rate or lif: direct mode has no neurons";
         bail!(BadArgument(problem.into()));
@@ -101,19 +164,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
             bail!(unused(option, &format!("the network `{name}`")));
         }
     }
-    match args.save.as_deref() {
-        Some(_) if rank::own().is_some() => {
-            let problem = "--save: several processes share the network, and none has all of it; save it in one process";
-            bail!(BadArgument(problem.into()));
-        }
-        Some(path) if path.as_os_str() == "-" => {
-            bail!(BadArgument("--save -: must be a file name; the file is binary".into()));
-        }
-        Some(path) => check_output(path, overwrite(args.force))?,
-        None => {}
-    }
-    use_threads(&args.common)?;
-    let spec = Standard {
+    Ok(Standard {
         dimensions: args.dimensions,
         population,
         unbinding,
@@ -121,22 +172,25 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
         sim_ms: (args.sim_seconds * 1e3).round() as u64,
         seed: Seed::new(args.common.seed),
         ranks: rank::own().cloned(),
-    };
-    ranks::check_alike(args.load.as_deref())?;
-    let progress = Progress::new(&args.common);
-    foretell(args, &spec, model, &progress)?;
-    progress.say(format!("building {}", args.model));
-    let Ready { built, load_s, peak_mb } = ready(args, &spec, model)?;
+    })
+}
+
+/// Builds the network and measures it.
+fn figures(
+    args: &BenchArgs,
+    spec: &Standard,
+    model: Model,
+    progress: &Progress,
+) -> Result<Figures, Error> {
+    foretell(args, spec, model, progress)?;
+    progress.say(format!("building {}", args.model()));
+    let Ready { built, load_s, peak_mb } = ready(args, spec, model)?;
     let mut runs = Vec::new();
-    for run in 0..args.runs {
-        progress.say(format!("run {} of {}", run + 1, args.runs));
+    for run in 0..args.runs() {
+        progress.say(format!("run {} of {}", run + 1, args.runs()));
         runs.push(built.run()?);
     }
-    runs.sort_by(|a, b| a.run_s.total_cmp(&b.run_s));
-    let middle = runs.swap_remove(runs.len() / 2);
-    drop(progress);
-    let json = || summary(args, &middle, load_s, peak_mb);
-    answer(&args.common, json, || table(args, &middle, load_s, peak_mb).to_string())
+    Ok(Figures::new(args, runs, load_s, peak_mb))
 }
 
 /// Dimensions that need no estimate, and dimensions of the network that gives one.
@@ -153,7 +207,7 @@ fn foretell(
     if spec.dimensions <= USUAL[0] || rank::own().is_some() || args.load.is_some() {
         return Ok(());
     }
-    progress.say(format!("building {} of {} dimensions for an estimate", args.model, USUAL[1]));
+    progress.say(format!("building {} of {} dimensions for an estimate", args.model(), USUAL[1]));
     let before_mb = peak_rss_mb();
     let began = Instant::now();
     let small = Standard { dimensions: USUAL[1], ..spec.clone() };
@@ -167,13 +221,13 @@ fn foretell(
     let need_mb = (neurons * 64.0 / 1e6).max(measured_mb * times);
     let need = format!(
         "{} of {} dimensions: up to about {} neurons, {:.1} GB, {:.0} s to build and {:.0} s for each of {} runs",
-        args.model,
+        args.model(),
         spec.dimensions,
         neurons as u64,
         need_mb / 1e3,
         build_s,
         run_s,
-        args.runs
+        args.runs()
     );
     if let Some(free_mb) = memory_mb("/proc/meminfo", "MemAvailable:").filter(|mb| *mb < need_mb) {
         bail!(BadArgument(format!("{need}; {:.1} GB are free", free_mb / 1e3)));
@@ -273,57 +327,9 @@ fn peak_rss_mb() -> Option<f64> {
 
 /// Returns a size in MB that the system reports in a file under this name.
 fn memory_mb(file: &str, name: &str) -> Option<f64> {
-    let status = std::fs::read_to_string(file).ok()?;
+    let status = read_beginning(Path::new(file), 1 << 14).ok()?;
+    let status = String::from_utf8_lossy(&status);
     let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes / 1e3)
-}
-
-fn summary(
-    args: &BenchArgs,
-    measured: &Measured,
-    load_s: Option<f64>,
-    peak_mb: Option<f64>,
-) -> Value {
-    let quality: Map<String, Value> =
-        measured.quality.iter().map(|(name, value)| ((*name).into(), json!(value))).collect();
-    json!({
-        "model": args.model,
-        "mode": args.mode,
-        "neurons": measured.neurons,
-        "exchanged_values": measured.exchanged_values,
-        "dimensions": args.dimensions,
-        "threads": rayon::current_num_threads(),
-        "ranks": rank::own().map_or(1, |ranks| ranks.ranks()),
-        "build_s": measured.build_s,
-        "load_s": load_s,
-        "wall_per_sim_s": measured.run_s / measured.sim_s,
-        "ns_per_neuron_step": measured.ns_per_neuron_step,
-        "peak_rss_mb": peak_mb,
-        "seed": args.common.seed,
-        "sim_s": measured.sim_s,
-        "unbinding": args.unbinding(),
-        "choice": args.choice(),
-        "quality": quality,
-    })
-}
-
-fn table(args: &BenchArgs, measured: &Measured, load_s: Option<f64>, peak_mb: Option<f64>) -> Grid {
-    let mut grid = Grid::new(&[&format!("{} in {}", args.model, args.mode), ">value"]);
-    grid.row(["neurons".into(), measured.neurons.to_string()]);
-    grid.row(["build time, s".into(), format!("{:.2}", measured.build_s)]);
-    if let Some(load_s) = load_s {
-        grid.row(["load time from a file, s".into(), format!("{load_s:.2}")]);
-    }
-    grid.row(["simulated time, s".into(), measured.sim_s.to_string()]);
-    grid.row(["run time, s".into(), format!("{:.3}", measured.run_s)]);
-    grid.row(["ns per neuron and step".into(), format!("{:.2}", measured.ns_per_neuron_step)]);
-    if let Some(mb) = peak_mb {
-        grid.row(["peak memory of the build, MB".into(), format!("{mb:.0}")]);
-    }
-    for (name, value) in &measured.quality {
-        let value = if value.is_nan() { "never".into() } else { format!("{value:.4}") };
-        grid.row([name.replace('_', " "), value]);
-    }
-    grid
 }
