@@ -223,7 +223,7 @@ class RunPage {
     const name = `decision ${index + 1}`;
     if (time < act.decided) return [`${name}: deciding since ${seconds(act.asked, 3)}, takes ${act.took.toFixed(0)} ms`, ...hand];
     if (!act.action) return [`${name}: nothing to do`, ...hand];
-    return [`${name}: ${act.words}, ${act.outcome} at ${seconds(act.until, 3)}`, ...hand];
+    return [`${name}: ${act.words}, ${act.came} at ${seconds(act.until, 3)}`, ...hand];
   }
 
   showNow() {

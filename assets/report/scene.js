@@ -219,7 +219,8 @@ class Bodies {
         if (labelled.has(key)) continue;
         labelled.add(key);
         const at = () => mesh.getWorldPosition(new THREE.Vector3());
-        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${names?.say(state.name) ?? state.name}`, colour: look.colour, at });
+        const where = state.frame && own.length > 1 ? `, at ${names?.say(id) ?? id}` : "";
+        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${names?.say(state.name) ?? state.name}${where}`, colour: look.colour, at });
       }
     }
   }
