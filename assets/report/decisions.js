@@ -27,13 +27,13 @@ function reasoned(episode, act, index) {
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
   const marked = (need) => (known ? `${names.say(need)} ${act.holds.includes(need) ? "✓" : "(not yet)"}` : names.say(need));
-  const reasons = new Map(act.undecided.map(({ fact, reason }) => [fact, reason]));
+  const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
   const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
   line("It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
-  line("Undecided, kept where possible", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)}, ${reasons.get(need)}`).join("; "));
+  line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
   if (act.action) line("It leads to", episode.leadsTo(index));
   line("After a failure", act.recovery);
-  act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.say(nearest)}”: ${off}`));
+  act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.sayState(nearest)}”: ${off}`));
   const last = index === episode.acts.length - 1;
   const what = act.action ? `${capital(act.words)}.` : last ? `Nothing: ${episode.outcome()}.` : "Nothing: it found no way, and looked again.";
   const list = make("ul", null, ...lines);

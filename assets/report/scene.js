@@ -220,7 +220,7 @@ class Bodies {
         labelled.add(key);
         const at = () => mesh.getWorldPosition(new THREE.Vector3());
         const where = state.frame && own.length > 1 ? `, at ${names?.say(id) ?? id}` : "";
-        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${names?.say(state.name) ?? state.name}${where}`, colour: look.colour, at });
+        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${names?.sayState(state.name) ?? state.name}${where}`, colour: look.colour, at });
       }
     }
   }

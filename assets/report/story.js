@@ -28,10 +28,11 @@ function story({ run, domain, recording }, episode) {
     : ["No decisions are known."];
   const steps = acts.map((act) => `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`);
   const failed = acts.length - well;
-  const done = [`${well} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`,
+  const missed = acts.filter((act) => !act.well && act.landed).slice(0, 3).map((act) => `“${capital(act.words)}” did not: ${landedInWords(act.landed)}.`);
+  const done = [`${well} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
   const others = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);
-  done.splice(1, 0, ...others.slice(0, 3), ...(others.length > 3 ? [`And ${others.length - 3} times more.`] : []));
+  done.splice(1 + missed.length, 0, ...others.slice(0, 3), ...(others.length > 3 ? [`And ${others.length - 3} times more.`] : []));
   if (episodes > 1) done.push(`In all, ${summary.assembled} of ${episodes} episodes were solved.`);
   return [["Shown", shown], ["Learned", learned, actions], ["Decided", decided, steps], ["Done", done]];
 }

@@ -136,15 +136,9 @@ function rounds(low, high) {
   return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(6)));
 }
 
-// The greatest time between two samples that a line joins, in seconds: three times the spacing of most samples, and at least 0.1.
-const GAPS = new WeakMap();
-function gapOf(times) {
-  if (!GAPS.has(times)) {
-    const apart = Float32Array.from(times.subarray(1), (t, i) => t - times[i]).sort();
-    GAPS.set(times, Math.max(0.1, 3 * (apart[Math.floor(0.9 * apart.length)] ?? 0)));
-  }
-  return GAPS.get(times);
-}
+// For how long a sample holds if none follows, or if one follows only after a gap, in seconds.
+const HOLDS_S = 0.1;
+const NO_GAPS = new Set();
 
 class Panel extends Strip {
   constructor(axis, content, chosen) {
@@ -161,6 +155,11 @@ class Panel extends Strip {
   // When the module's values were sampled.
   get times() {
     return this.module?.times ?? this.content.times;
+  }
+
+  // The samples before which some are missing: no line leads to them.
+  get gaps() {
+    return this.module?.times ? NO_GAPS : this.content.gaps ?? NO_GAPS;
   }
 
   // Colour and dashes of a curve.
@@ -188,8 +187,8 @@ class Panel extends Strip {
     const { module } = this;
     if (!module) return [];
     const sample = countUpTo(this.times, time) - 1;
-    // Long after a sample its values say nothing.
-    if (sample < 0 || time - this.times[sample] > gapOf(this.times)) return [];
+    const last = sample + 1 === this.times.length || this.gaps.has(sample + 1);
+    if (sample < 0 || (last && time - this.times[sample] > HOLDS_S)) return [];
     return module.names.map((_, column) => module.values[sample * module.names.length + column]);
   }
 
@@ -227,7 +226,6 @@ class Panel extends Strip {
     pen.lineWidth = 1.6;
     pen.beginPath();
     // Of samples that share a pixel, draw only the least and the greatest.
-    const gap = gapOf(times);
     let pixel = null;
     let least = 0;
     let greatest = 0;
@@ -235,7 +233,7 @@ class Panel extends Strip {
     for (let i = first; i < last; i++) {
       const x = Math.round(this.axis.x(times[i]) * 2) / 2;
       const value = module.values[i * module.names.length + column];
-      const joined = i > first && times[i] - times[i - 1] <= gap;
+      const joined = i > first && !this.gaps.has(i);
       if (x === pixel && joined) {
         if (value < least) pen.lineTo(x, at((least = value)));
         if (value > greatest) pen.lineTo(x, at((greatest = value)));

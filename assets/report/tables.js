@@ -69,7 +69,7 @@ function operatorsTable(domain, names) {
 
 // A symbol in words, with the symbol below if they differ.
 function named(symbol, names) {
-  const words = names.say(symbol);
+  const words = names.sayState(symbol);
   if (words === symbol) return symbol;
   const small = make("div", symbol);
   small.className = "symbol";
@@ -93,8 +93,8 @@ function framedStatesTable(domain, names) {
 function framedOperatorsTable(domain, names) {
   const lines = (texts) => make("div", null, ...(texts.length ? texts : ["–"]).map((text) => make("div", text)));
   const rows = domain.operators.map((operator) => [
-    named(operator.name, names), String(operator.instances), operator.from.map((state) => names.say(state)).join(" or "),
-    names.words.size ? names.say(operator.to) : operator.target,
+    named(operator.name, names), String(operator.instances), operator.from.map((state) => names.sayState(state)).join(" or "),
+    names.words.size ? names.sayState(operator.to) : operator.target,
     lines(operator.conditions), lines(operator.side_effects),
   ]);
   return table(["action", ">instances", "from", "to", "conditions before it", "side effects"], rows);

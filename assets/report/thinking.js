@@ -40,7 +40,7 @@ class Thinking extends Panels {
     const touches = episode.touches.map((touch) => ({ ...touch, name: episode.part(touch.part) }));
     const rows = spikes.t.length ? populations.reduce((sum, p) => sum + p.rows, 0) : 0;
     Object.assign(this.content, {
-      duration: episode.duration, acts: episode.acts, touches, displaced: episode.displaced, times: episode.times, modules: unpackModules(run, own),
+      duration: episode.duration, acts: episode.acts, touches, displaced: episode.displaced, times: episode.times, modules: unpackModules(run, own), gaps: new Set(own?.modules.gaps),
       spikes, populations, rows,
     });
     byId("thinking").textContent = own || !arrays

@@ -132,6 +132,7 @@ class Plot {
 
   // Takes away what lies after a tick: the run has gone back. It is kept, for it may become a branch.
   cut(tick) {
+    this.branches.forEach((branch) => { branch.found = null; });
     const left = this.after(tick);
     const tail = { ticks: this.ticks.splice(left), rows: this.rows.splice(left) };
     if (tail.ticks.length && !(this.tail?.ticks.at(-1) > tail.ticks.at(-1))) {
@@ -169,7 +170,7 @@ class Plot {
       const shared = countUpTo(left.ticks, one.parted);
       one.ticks.unshift(...left.ticks.slice(0, shared));
       one.rows.unshift(...left.rows.slice(0, shared));
-      one.parted = branch.parted;
+      Object.assign(one, { parted: branch.parted, found: null });
     }
     this.ticks.push(...branch.ticks);
     this.rows.push(...branch.rows);
@@ -199,7 +200,8 @@ class Plot {
   // The branches in words.
   compare() {
     const said = [...this.branches].map(([id, branch]) => {
-      const found = this.differs(branch);
+      branch.found ??= this.differs(branch);
+      const { found } = branch;
       const where = !branch.ticks.length ? "was not plotted" : !found ? "does not differ so far"
         : found.tick === found.same + 1 ? `differs from tick ${found.tick}` : `differs from a tick between ${found.same + 1} and ${found.tick}`;
       return `Branch ${id} (${BRANCH_LINES[(id - 1) % BRANCH_LINES.length]}) ${where}.`;
@@ -232,9 +234,10 @@ class Plot {
       const { from, count } = this.what.spikes;
       [low, high] = [from, from + count];
     } else {
-      const shown = [this.rows.slice(first), ...[...this.branches.values()].map(({ rows }) => rows)].flat();
-      for (const row of shown) {
-        for (const value of row) [low, high] = [Math.min(low, value), Math.max(high, value)];
+      for (const [rows, from] of [[this.rows, first], ...[...this.branches.values()].map((branch) => [branch.rows, 0])]) {
+        for (let i = from; i < rows.length; i++) {
+          for (const value of rows[i]) [low, high] = [Math.min(low, value), Math.max(high, value)];
+        }
       }
     }
     const y = (value) => bottom - ((value - low) / (high - low || 1)) * (bottom - MARGIN.top);

@@ -45,7 +45,7 @@ pub struct Decided {
     /// Names of the action's preconditions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub needs: Vec<String>,
-    /// Those of the preconditions that are undecided: they always held before, perhaps by chance.
+    /// Those of the preconditions that are undecided: they held before the demonstrated moves, perhaps by chance.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub undecided: Vec<Undecided>,
     /// Names of the action's effects: what holds after it.
@@ -62,8 +62,10 @@ pub struct Decided {
 pub struct Undecided {
     /// Name of the fact.
     pub fact: String,
-    /// How often it held, in words, such as `always held (5 of 5), but about another object`.
-    pub reason: String,
+    /// Number of demonstrated moves before which it held.
+    pub held: usize,
+    /// Number of these moves.
+    pub of: usize,
 }
 
 /// Where a part was at the look after the skill that moved it.

@@ -325,9 +325,12 @@ impl TaskModel {
     pub fn undecided(&self, action: ActionId) -> Vec<Undecided> {
         let needs = &self.domain.operators[self.ground.operator(action)].needs;
         let own = self.ground.undecided(action).iter();
-        let own = own.map(|(fact, need)| Undecided {
-            fact: self.ground.domain()[*fact].name.clone(),
-            reason: needs[*need].reason(),
+        let own = own.map(|(fact, need)| {
+            let need = &needs[*need];
+            let held =
+                if need.is_positive() { need.held } else { need.of - need.held.min(need.of) };
+            let fact = self.ground.domain()[*fact].name.clone();
+            Undecided { fact, held, of: need.of }
         });
         own.collect()
     }
