@@ -60,7 +60,9 @@ class Episode {
     if (goals.length) said.push(`a part of the goal: ${this.names.list(goals, 3)}`);
     if (later >= 0) {
       const needed = this.acts[later].needs.filter((need) => fresh.includes(need));
-      said.push(`${this.names.list(this.names.shown(needed), 3)}, which decision ${later + 1} needs (${this.acts[later].words})`);
+      const others = needed.filter((need) => !goals.includes(need));
+      const what = others.length ? this.names.list(this.names.shown(others), 3) : "this";
+      said.push(`${what}, which decision ${later + 1} needs (${this.acts[later].words})`);
     }
     if (!said.length && fresh.length) said.push(this.names.list(this.names.shown(fresh), 3));
     return said.join("; and ");

@@ -28,7 +28,7 @@ function story({ run, domain, recording }, episode) {
     : ["No decisions are known."];
   const steps = acts.map((act) => `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`);
   const failed = acts.length - well;
-  const missed = acts.filter((act) => !act.well && act.landed).slice(0, 3).map((act) => `“${capital(act.words)}” did not: ${landedInWords(act.landed)}.`);
+  const missed = acts.filter((act) => !act.well && act.landed).slice(0, 3).map((act) => `“${capital(act.words)}” did not (${act.came}): ${landedInWords(act.landed)}.`);
   const done = [`${well} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
   const others = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);

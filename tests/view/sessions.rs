@@ -108,8 +108,9 @@ fn a_branch_is_kept_and_returned_to_with_the_same_bits() {
     let told = branches(&mut window, 1);
     assert_eq!(told["all"], json!([{ "id": 1, "parted": 110, "end": 150, "changes": 0 }]));
     window.goes(&json!({ "step": { "ticks": 60 } }), 170);
-    window.goes(&json!({ "branch": { "id": 1 } }), 150);
+    window.send(&json!({ "branch": { "id": 1 } }));
     let told = branches(&mut window, 1);
+    window.stands_at(150);
     assert_eq!((&told["turns"], &told["last"]), (&json!(1), &json!(1)));
     assert_eq!(told["all"], json!([{ "id": 1, "parted": 110, "end": 170, "changes": 1 }]));
     window.send(&json!({ "branch": { "id": 9 } }));

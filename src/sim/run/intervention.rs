@@ -66,7 +66,7 @@ pub enum Intervention {
         /// Factor, finite and at least 0.
         scale: Real,
     },
-    /// Changes the world ([`World::intervene`](crate::sim::World::intervene)), such as `{"world":{"remove":{"object":"bolt_0"}}}`.
+    /// Changes the world ([`World::intervene`](crate::sim::World::intervene)), such as `{"world":{"remove":{"object":"part_0"}}}`.
     /// What can be asked for is the world's own affair.
     World(Value),
 }

@@ -12,7 +12,7 @@ use crate::task::event::Displaced;
 use crate::task::tasks::Perturbation;
 
 /// What a person may ask for in a live run. In JSON it is an object with one key, such as
-/// `{"move":{"object":"bolt_0","position":[0.4,0.1,0.02]}}`.
+/// `{"move":{"object":"part_0","position":[0.4,0.1,0.02]}}`.
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum Wish {

@@ -238,8 +238,8 @@ impl World for EpisodeWorld {
         Ok(())
     }
 
-    /// Another hand moves a body or takes a part away: `{"move":{"object":"bolt_0","position":[0.4,0.1,0.02]}}`, with an
-    /// `orientation` if it is to be another, or `{"remove":{"object":"bolt_0"}}`. Refused where there is no room, and while the
+    /// Another hand moves a body or takes a part away: `{"move":{"object":"part_0","position":[0.4,0.1,0.02]}}`, with an
+    /// `orientation` if it is to be another, or `{"remove":{"object":"part_0"}}`. Refused where there is no room, and while the
     /// robot handles the body.
     fn intervene(&mut self, wish: &Value) -> Result<(), WorldError> {
         let Some(live) = self.live.as_mut().filter(|live| !matches!(live.phase, Phase::Over(_)))
