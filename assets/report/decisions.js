@@ -24,6 +24,7 @@ function reasoned(episode, act, index) {
   const lines = [];
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
   if (act.action) line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
+  line("It had decided to", act.instead);
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
   const marked = (need) => (known ? `${names.say(need)} ${act.holds.includes(need) ? "✓" : "(not yet)"}` : names.say(need));

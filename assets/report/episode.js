@@ -26,18 +26,19 @@ class Episode {
     const last = this.end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
     return decisions.map((decision, i) => {
       const decided = decision.asked_s + decision.took_ms / 1000;
-      const action = detour(decision) ?? decision.action;
+      const detour = detourInWords(decision.recovery, this.names);
+      const action = detour ?? decision.action;
       const outcome = !action ? null : decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
       const { landed = null } = decision;
       const off = outcome === "placed" && landed?.as_planned === false;
       return {
         asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
-        words: decision.words ?? (action && this.names.say(action)), outcome, landed,
+        words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
         came: off ? "off its place" : outcome, well: outcome === "placed" && !off,
         until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
-        holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: decision.gives ?? [],
-        needs: decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
+        holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
+        needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,
         strays: decision.in_no_state ?? [], recovery: recoveryInWords(decision.recovery, this.names),
       };

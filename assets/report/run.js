@@ -7,7 +7,6 @@ class RunPage {
   constructor(data, main) {
     this.data = data;
     this.names = new Names(data.run, data.domain);
-    data.names = this.names;
     main.append(byId("run-page").content.cloneNode(true));
     this.time = 0;
     this.playing = false;

@@ -69,9 +69,12 @@ function recoveryInWords(recovery, names) {
   return `${does[kind] ?? kind}: ${why} (try ${attempt})`;
 }
 
-// The name of a skill that is not the decided action; undefined if the action itself is carried out.
-function detour(decision) {
-  const { kind, object } = decision.recovery ?? {};
-  return ["regrasp", "reseat", "clear", "push"].includes(kind) ? `${kind} ${object}` : undefined;
+// What the robot does in place of the decided action, as an order; undefined if it carries out the action itself.
+function detourInWords(recovery, names) {
+  const object = recovery && names.say(recovery.object);
+  const orders = {
+    regrasp: `put ${object} down to take it anew`, reseat: `take ${object} out`, clear: `move ${object} out of the way`, push: `push ${object}`,
+  };
+  return orders[recovery?.kind];
 }
 

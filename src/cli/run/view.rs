@@ -4,7 +4,7 @@ use anyhow::{Context, Error, bail, ensure};
 use serde_json::json;
 use symbolt::robot::scene::Outline;
 use symbolt::sim::{InterventionLog, Live, LiveError, LiveOptions, SimView, Stop};
-use symbolt::task::event::{Doing, Ignore};
+use symbolt::task::event::{Decided, Doing, Ignore};
 use symbolt::task::execute::{Driver, EpisodeWorld, PreparedEpisode, RECOMPILE};
 use symbolt::view::{Driven, View};
 
@@ -114,13 +114,14 @@ fn happened(view: &SimView<'_>, text: &mut String) -> u32 {
     let Some(world) = EpisodeWorld::of(view.world()) else { return 0 };
     text.clear();
     match world.doing() {
-        Doing::Looking => text.push_str("looking"),
-        Doing::Deciding => text.push_str("deciding"),
+        Doing::Looking => text.push_str("Looking"),
+        Doing::Deciding => text.push_str("Deciding"),
         Doing::Acting(action) => {
-            text.push_str("doing ");
-            text.push_str(action);
+            let words = world.decisions().last().and_then(Decided::done_in_words);
+            text.push_str("Doing: ");
+            text.push_str(words.as_deref().unwrap_or(action));
         }
-        Doing::Over => text.push_str("over"),
+        Doing::Over => text.push_str("Over"),
     }
     u32::try_from(world.decisions().len()).unwrap_or(u32::MAX)
 }
