@@ -229,12 +229,17 @@ class Plot {
     const [right, bottom] = [paper.width - MARGIN.right, paper.height - MARGIN.bottom];
     const x = (tick) => MARGIN.left + ((tick * dt - begin) / (end - begin)) * (right - MARGIN.left);
     const first = Math.max(countUpTo(this.ticks, begin / dt - 1e-9) - 1, 0);
+    // Of branches only what is in view, so that the rest does not stretch the axis.
+    const branches = [...this.branches].map(([id, { ticks, rows }]) => {
+      const range = [Math.max(countUpTo(ticks, begin / dt - 1e-9) - 1, 0), countUpTo(ticks, end / dt + 1e-9)];
+      return { id, ticks: ticks.slice(...range), rows: rows.slice(...range) };
+    });
     let [low, high] = [0, 1];
     if (this.spiking) {
       const { from, count } = this.what.spikes;
       [low, high] = [from, from + count];
     } else {
-      for (const [rows, from] of [[this.rows, first], ...[...this.branches.values()].map((branch) => [branch.rows, 0])]) {
+      for (const [rows, from] of [[this.rows, first], ...branches.map((branch) => [branch.rows, 0])]) {
         for (let i = from; i < rows.length; i++) {
           for (const value of rows[i]) [low, high] = [Math.min(low, value), Math.max(high, value)];
         }
@@ -250,15 +255,13 @@ class Plot {
     if (this.spiking) {
       const size = Math.max((bottom - MARGIN.top) / (high - low) - 1, 1);
       const points = (ticks, rows) => ticks.map((tick, i) => [x(tick), y(rows[i] + 1)]).filter(([at]) => at >= MARGIN.left && at <= right);
-      for (const { ticks, rows } of this.branches.values()) paper.dots(points(ticks, rows), soft, size / 2);
+      for (const { ticks, rows } of branches) paper.dots(points(ticks, rows), soft, size / 2);
       paper.dots(points(this.ticks.slice(first), this.rows.slice(first)), ink, size);
       return;
     }
-    for (const [id, { ticks, rows }] of this.branches) {
-      const from = Math.max(countUpTo(ticks, begin / dt - 1e-9) - 1, 0);
-      const upTo = countUpTo(ticks, end / dt + 1e-9);
+    for (const { id, ticks, rows } of branches) {
       this.names.forEach((_, column) => {
-        const points = ticks.slice(from, upTo).map((tick, i) => [Math.max(x(tick), MARGIN.left), y(rows[from + i][column])]);
+        const points = ticks.map((tick, i) => [Math.max(x(tick), MARGIN.left), y(rows[i][column])]);
         paper.line(points, this.colour(column), BRANCH_DASHES[(id - 1) % BRANCH_DASHES.length], 1);
       });
     }
