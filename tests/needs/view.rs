@@ -105,9 +105,7 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     page.until(
         "window.symbolt.page.plots.all.every((plot) => plot.branches.get(1)?.ticks.length > 2)",
     );
-    let compared = page.value("window.symbolt.page.plots.all[0].compared.textContent");
-    let compared = compared.as_str().unwrap().to_owned();
-    assert!(compared.starts_with("Branch 1 (dashed) differs from "), "{compared}");
+    page.until("window.symbolt.page.plots.all[0].compared.textContent.startsWith('Branch 1 (dashed) differs from ')");
     let csv = page.value("window.symbolt.page.plots.all[0].csv()");
     let csv = csv.as_str().unwrap();
     assert!(csv.starts_with("run,time_s,") && csv.contains("\nbranch 1,0.4"), "{csv:.300}");
