@@ -5,10 +5,12 @@ const REASONS_SHOWN = 4;
 
 function decisionsTable(episode, open) {
   const { acts } = episode;
-  const rows = acts.map((act, i) => [act.asked.toFixed(2), reasoned(episode, act, i), outcomeOf(episode, act, i)]);
-  const grid = table([">at, s", "decision and why", "outcome"], rows);
+  const own = acts.map((act, i) => ({ time: act.asked, act, row: [act.asked.toFixed(2), reasoned(episode, act, i), outcomeOf(episode, act, i)] }));
+  const others = episode.displaced.map((one) => ({ time: one.t, row: [one.t.toFixed(2), displaced(episode, one), "not the robot"] }));
+  const entries = [...own, ...others].sort((a, b) => a.time - b.time);
+  const grid = table([">at, s", "decision and why", "outcome"], entries.map(({ row }) => row));
   grid.classList.add("decisions");
-  const pressed = [...grid.querySelectorAll("tbody tr")];
+  const pressed = [...grid.querySelectorAll("tbody tr")].filter((_, i) => entries[i].act);
   pressed.forEach((row, i) => {
     row.setAttribute("aria-label", `Decision ${i + 1}: ${acts[i].words ?? "nothing"}`);
     pressable(row, () => open(acts[i]));
@@ -22,13 +24,17 @@ function reasoned(episode, act, index) {
   const lines = [];
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
   if (act.action) line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
+  line("It had decided to", act.instead);
   const needs = names.shown(act.needs);
-  const marked = needs.map((need) => `${names.say(need)} ${act.holds.includes(need) ? "✓" : "(not yet)"}`);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
-  line("It needs", (known ? marked : needs.map((need) => names.say(need))).slice(0, REASONS_SHOWN).join("; "));
+  const marked = (need) => (known ? `${names.say(need)} ${act.holds.includes(need) ? "✓" : "(not yet)"}` : names.say(need));
+  const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
+  const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
+  line("It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
+  line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
   if (act.action) line("It leads to", episode.leadsTo(index));
   line("After a failure", act.recovery);
-  act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.say(nearest)}”: ${off}`));
+  act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.sayState(nearest)}”: ${off}`));
   const last = index === episode.acts.length - 1;
   const what = act.action ? `${capital(act.words)}.` : last ? `Nothing: ${episode.outcome()}.` : "Nothing: it found no way, and looked again.";
   const list = make("ul", null, ...lines);
@@ -36,9 +42,24 @@ function reasoned(episode, act, index) {
   return make("div", null, make("strong", what), ...(lines.length ? [list] : []));
 }
 
+// What another hand did, and where the object was before and afterwards.
+function displaced(episode, one) {
+  const { words, before, after } = episode.displacement(one);
+  const list = make("ul", null, ...[["Before", before], ["Afterwards", after]].filter(([, text]) => text)
+    .map(([label, text]) => make("li", null, make("b", `${label}: `), text)));
+  list.className = "why";
+  return make("div", null, make("strong", words), list);
+}
+
+// Where a part was after its step.
+function landedInWords({ words, off_mm: off }) {
+  return off === null ? words : `${words}; ${off.toFixed(1)} mm from its target`;
+}
+
 function outcomeOf(episode, act, index) {
   if (!act.action) return index === episode.acts.length - 1 ? episode.outcome() : "looked again";
-  const word = make("span", act.outcome);
-  word.className = act.outcome === "placed" ? "good" : "bad";
-  return make("div", null, word, make("div", `until ${seconds(act.until)}`), make("div", `thought ${act.took.toFixed(0)} ms`));
+  const word = make("span", act.came);
+  word.className = act.well ? "good" : "bad";
+  const where = act.well || !act.landed ? [] : [make("div", landedInWords(act.landed))];
+  return make("div", null, word, ...where, make("div", `until ${seconds(act.until)}`), make("div", `thought ${act.took.toFixed(0)} ms`));
 }

@@ -1,10 +1,5 @@
 // One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
 
-// A statement without its subject, to stand beside the name of the object.
-function withoutSubject(sentence) {
-  return sentence.replace(/^an? .*? is /, "");
-}
-
 class Episode {
   constructor(data, number, names) {
     this.number = number;
@@ -13,6 +8,7 @@ class Episode {
     this.film = (data.films ?? []).find((film) => film.episode === number);
     const lines = (data.events ?? []).filter((line) => line.episode === number);
     this.touches = lines.flatMap((line) => line.touch ?? []);
+    this.displaced = lines.flatMap((line) => line.displaced ?? []);
     this.end = lines.flatMap((line) => line.end ?? [])[0];
     this.frames = unpackFrames(this.film?.frames);
     this.reason = data.run?.summary?.failures?.find((failure) => failure.episode === number)?.reason;
@@ -30,14 +26,20 @@ class Episode {
     const last = this.end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
     return decisions.map((decision, i) => {
       const decided = decision.asked_s + decision.took_ms / 1000;
-      const action = detour(decision) ?? decision.action;
-      const outcome = decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
+      const detour = detourInWords(decision.recovery, this.names);
+      const action = detour ?? decision.action;
+      const outcome = !action ? null : decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
+      const { landed = null } = decision;
+      const off = outcome === "placed" && landed?.as_planned === false;
       return {
         asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
-        words: decision.words ?? (action && this.names.say(action)), outcome: action ? outcome : null,
+        words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
+        // What came of it in a few words, and whether that was the plan.
+        came: off ? "off its place" : outcome, well: outcome === "placed" && !off,
         until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
-        holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: decision.gives ?? [],
-        needs: decision.needs ?? this.learnedNeeds(decision), goal: decision.chosen?.goal,
+        holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
+        needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
+        goal: decision.chosen?.goal,
         strays: decision.in_no_state ?? [], recovery: recoveryInWords(decision.recovery, this.names),
       };
     });
@@ -57,7 +59,12 @@ class Episode {
       && other.needs.some((need) => fresh.includes(need)));
     const said = [];
     if (goals.length) said.push(`a part of the goal: ${this.names.list(goals, 3)}`);
-    if (later >= 0) said.push(`what decision ${later + 1} needs: ${this.acts[later].words}`);
+    if (later >= 0) {
+      const needed = this.acts[later].needs.filter((need) => fresh.includes(need));
+      const others = needed.filter((need) => !goals.includes(need));
+      const what = others.length ? this.names.list(this.names.shown(others), 3) : "this";
+      said.push(`${what}, which decision ${later + 1} needs (${this.acts[later].words})`);
+    }
     if (!said.length && fresh.length) said.push(this.names.list(this.names.shown(fresh), 3));
     return said.join("; and ");
   }
@@ -79,15 +86,20 @@ class Episode {
     return id ? this.names.say(id) : `part ${index + 1}`;
   }
 
-  // Where each object is at a moment, in words; null if that is not known.
+  // Where each object is at a moment, as statements; null if that is not known.
   places(time) {
     if (!this.film?.held) return null;
-    return this.film.held.objects.map(({ id, part, changes }) => {
-      const [, state, reference] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null, null];
-      const on = reference ? ` (${this.names.say(reference)})` : "";
-      const known = state ? `${withoutSubject(this.names.say(state))}${on}` : "in no known state";
-      return { name: this.names.say(id), state, words: this.heldAt(time) === part ? "in the hand" : known };
+    return this.film.held.objects.map(({ id, name, part, changes }) => {
+      const [, , words] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null, null];
+      return { id, words: this.heldAt(time) === part ? `${name} is in the hand` : words ?? `${name} is in no known state` };
     });
+  }
+
+  // What another hand did, as a sentence, and where the object was before and afterwards.
+  displacement({ t, object, words }) {
+    const at = (time) => this.places(time)?.find(({ id }) => id === object)?.words;
+    const [before, after] = [at(Math.max(t - 0.1, 0)), at(t + 0.5)];
+    return { words: `${capital(words)}.`, before, after };
   }
 
   // The terms of the goal at a moment, each with the number of objects that it lacks; null if that is not known.
@@ -101,7 +113,7 @@ class Episode {
 
   // How the episode ended, in words.
   outcome() {
-    return this.end?.words ?? endInWords(this.end, this.domain, this.reason, this.names);
+    return endInWords(this.end, this.reason);
   }
 }
 

@@ -17,7 +17,7 @@ function episodesList(data, choose) {
     buttons.set(number, button);
     const end = ends.get(number);
     const solved = end.ended === "GoalMet" && end.assembled;
-    const why = end.words ?? endInWords(end, data.domain, failures.get(number), data.names);
+    const why = endInWords(end, failures.get(number));
     const has = counts.has(number) ? (filmed.has(number) ? "pictures and decisions" : "decisions") : "outcome only";
     return [button, solved ? "solved" : `failed: ${why}`, String(counts.get(number) ?? "–"), end.simulated_s.toFixed(1), has];
   });

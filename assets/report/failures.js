@@ -1,12 +1,11 @@
 // What went wrong in an episode: the moment, the number that ruled it out, and a picture.
 
 const PICTURE = { width: 240, height: 160 };
-const WELL = ["placed", "not begun"];
 
 // The failed steps and a failed end, each with its moment, a sentence and a number in words.
 function failuresOf(episode) {
-  const found = episode.acts.filter((act) => act.action && !WELL.includes(act.outcome)).map((act) => ({
-    time: act.until, title: `${capital(act.words)}: ${act.outcome}`, number: missedBy(episode, act),
+  const found = episode.acts.filter((act) => act.action && !act.well && act.outcome !== "not begun").map((act) => ({
+    time: act.until, title: `${capital(act.words)}: ${act.came}`, number: missedBy(episode, act),
   }));
   const { end } = episode;
   if (end && (end.ended !== "GoalMet" || !end.assembled)) {
@@ -34,6 +33,7 @@ function missedBy(episode, act) {
   if (!own) return "";
   const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"}`;
   const name = episode.names.say(own.id);
+  if (act.landed && !act.landed.as_planned && act.outcome === "placed") return `${capital(landedInWords(act.landed))}.`;
   // What was dropped may have fallen to where it belongs.
   const there = own.across < 1e-3 && Math.abs(own.above) < 1e-3;
   const said = [there

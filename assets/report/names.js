@@ -3,7 +3,8 @@
 class Names {
   constructor(run, domain) {
     const own = [...(domain?.states ?? []), ...(domain?.operators ?? [])].filter(({ words }) => words);
-    this.words = new Map([...own.map(({ name, words }) => [name, words]), ...Object.entries(run?.words ?? {})]);
+    this.learned = new Map(own.map(({ name, words }) => [name, words]));
+    this.words = new Map([...this.learned, ...Object.entries(run?.words ?? {})]);
     this.hidden = new Set(run?.planner_only ?? []);
   }
 
@@ -12,6 +13,11 @@ class Names {
     const not = symbol.startsWith("not ") ? symbol.slice(4) : null;
     if (!this.words.has(symbol) && not !== null && this.words.has(not)) return `not: ${this.words.get(not)}`;
     return this.words.get(symbol) ?? symbol;
+  }
+
+  // The words for a learned state. A fact of the planner that counts objects can have the state's symbol.
+  sayState(symbol) {
+    return this.learned.get(symbol) ?? this.say(symbol);
   }
 
   // As the beginning of a sentence. Symbols keep their spelling.

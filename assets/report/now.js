@@ -2,33 +2,37 @@
 
 const DONE = "✓ ";
 const OPEN = "○ ";
+// For how long the panel says what another hand did, in seconds.
+const TOLD_S = 3;
 
 function nowEntries(episode, time, goalWords) {
   const { names } = episode;
   const index = episode.at(time);
   const act = episode.acts[index];
   const entries = [];
-  const add = (name, ...lines) => entries.push([name, lines]);
+  const add = (name, ...lines) => entries.push([name, lines.map(capital)]);
   if (!act) {
-    add("now", episode.acts.length ? "looking at the scene" : "no decisions are known");
+    add("Now", episode.acts.length ? "looking at the scene" : "no decisions are known");
   } else if (time < act.decided) {
-    add("now", `deciding, for ${((time - act.asked) * 1000).toFixed(0)} of ${act.took.toFixed(0)} ms`);
+    add("Now", `deciding, for ${((time - act.asked) * 1000).toFixed(0)} of ${act.took.toFixed(0)} ms`);
   } else if (act.action) {
-    const over = time >= act.until - 1e-6 ? `, ${act.outcome}` : "";
-    add("now", `doing: ${act.words}${over}`);
-    if (act.recovery) add("why so", act.recovery);
+    const over = time >= act.until - 1e-6 ? `, ${act.came}` : "";
+    add("Now", `doing: ${act.words}${over}`);
+    if (act.recovery) add("Why so", act.recovery);
   } else {
-    add("now", index === episode.acts.length - 1 ? `done: ${episode.outcome()}` : "looking again: it found no way");
+    add("Now", index === episode.acts.length - 1 ? `done: ${episode.outcome()}` : "looking again: it found no way");
   }
-  if (act?.action && episode.end && time >= episode.duration - 1e-6) add("at the end", episode.outcome());
+  if (act?.action && episode.end && time >= episode.duration - 1e-6) add("At the end", episode.outcome());
+  const other = episode.displaced.findLast(({ t }) => t <= time && time < t + TOLD_S);
+  if (other) add("Not the robot", other.words);
   const held = episode.heldAt(time);
-  add("in the hand", held === undefined ? "nothing" : episode.part(held));
+  add("In the hand", held === undefined ? "nothing" : episode.part(held));
   const terms = episode.goalAt(time);
-  if (terms?.length) add("goal", ...terms.map(({ term, lacking }) => (lacking === 0 ? DONE : OPEN) + term + (lacking > 1 || (lacking === 1 && /^(every|at least) /.test(term)) ? ` (${lacking} lacking)` : "")));
-  else add("goal", goalWords ?? "unknown");
+  if (terms?.length) add("Goal", ...terms.map(({ term, lacking }) => (lacking === 0 ? DONE : OPEN) + term + (lacking > 1 || (lacking === 1 && /^(every|at least) /.test(term)) ? ` (${lacking} lacking)` : "")));
+  else add("Goal", goalWords ?? "unknown");
   const places = episode.places(time);
-  if (places) add("where things are now", ...places.map(({ name, words }) => `${name}: ${words}`));
-  else if (act) add(`at its look at ${seconds(act.asked)}`, ...names.shown(act.holds).map((fact) => names.say(fact)));
+  if (places) add("Where things are now", ...places.map(({ words }) => words));
+  else if (act) add(`At its look at ${seconds(act.asked)}`, ...names.shown(act.holds).map((fact) => names.say(fact)));
   return entries;
 }
 

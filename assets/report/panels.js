@@ -108,6 +108,7 @@ class Panels {
     for (const [panel, head] of this.heads) {
       head.remove.hidden = panels.length < 2;
       head.outputs = [];
+      head.names.classList.toggle("many", (panel.module?.names.length ?? 0) > 40);
       head.names.replaceChildren(...(panel.module?.names ?? []).map((name, i) => this.legend(panel, head, name, i)));
     }
     byId("more").hidden = panels.length >= this.content.modules.length;

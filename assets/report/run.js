@@ -1,10 +1,12 @@
 // The page of a run: one episode at a time, with everything on the page at the same moment.
 
+// The number of moments at which the panel beside the picture is measured.
+const MOMENTS_FITTED = 60;
+
 class RunPage {
   constructor(data, main) {
     this.data = data;
     this.names = new Names(data.run, data.domain);
-    data.names = this.names;
     main.append(byId("run-page").content.cloneNode(true));
     this.time = 0;
     this.playing = false;
@@ -16,6 +18,13 @@ class RunPage {
     this.buildControls();
     listenToKeys(this);
     this.show();
+    const beside = document.querySelector(".beside");
+    let width = beside.clientWidth;
+    new ResizeObserver(() => {
+      if (beside.clientWidth === width) return;
+      width = beside.clientWidth;
+      this.fitNow();
+    }).observe(beside);
   }
 
   get acts() { return this.episode.acts; }
@@ -49,6 +58,7 @@ class RunPage {
     const scrub = byId("scrub");
     // In whole milliseconds.
     if (scrub) scrub.max = (Math.ceil(1000 * this.duration - 1e-3) / 1000).toFixed(3);
+    this.fitNow();
     this.seek(0);
   }
 
@@ -223,7 +233,7 @@ class RunPage {
     const name = `decision ${index + 1}`;
     if (time < act.decided) return [`${name}: deciding since ${seconds(act.asked, 3)}, takes ${act.took.toFixed(0)} ms`, ...hand];
     if (!act.action) return [`${name}: nothing to do`, ...hand];
-    return [`${name}: ${act.words}, ${act.outcome} at ${seconds(act.until, 3)}`, ...hand];
+    return [`${name}: ${act.words}, ${act.came} at ${seconds(act.until, 3)}`, ...hand];
   }
 
   showNow() {
@@ -237,7 +247,27 @@ class RunPage {
       this.shown = index;
       this.showFacts();
     }
-    showNow(byId("now"), nowEntries(this.episode, this.time, this.data.run?.goal_words ?? this.data.run?.goal));
+    showNow(byId("now"), nowEntries(this.episode, this.time, this.goalWords));
+  }
+
+  // Gives the panel the height of its fullest moment.
+  fitNow() {
+    const box = byId("now");
+    if (!box) return;
+    const { acts, displaced, duration } = this.episode;
+    const all = [0, duration, ...displaced.map(({ t }) => t), ...acts.flatMap(({ asked, decided, until }) => [asked, (decided + until) / 2, until])];
+    const every = Math.ceil(all.length / MOMENTS_FITTED);
+    box.style.height = "auto";
+    const heights = all.filter((_, i) => i % every === 0).map((time) => {
+      showNow(box, nowEntries(this.episode, time, this.goalWords));
+      return box.offsetHeight;
+    });
+    box.style.height = `${heights.reduce((most, height) => Math.max(most, height), 0)}px`;
+    showNow(box, nowEntries(this.episode, this.time, this.goalWords));
+  }
+
+  get goalWords() {
+    return this.data.run?.goal_words ?? this.data.run?.goal;
   }
 
   showFacts() {

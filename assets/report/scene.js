@@ -85,6 +85,14 @@ function ellipsoid(state, look) {
   return group;
 }
 
+// A statement with the name of one reference in the place of any of its kind; behind it, if it names none.
+function atReference(words, kind, name) {
+  const any = `${/^[aeiou]/.test(kind) ? "an" : "a"} ${kind.replaceAll("_", " ")}`;
+  const at = words.lastIndexOf(` ${any}`) + 1;
+  const rest = words.slice(at + any.length);
+  return at > 0 && /^($|[,.]| \(| that | is )/.test(rest) ? `${words.slice(0, at)}${name}${rest}` : `${words}, at ${name}`;
+}
+
 class Bodies {
   // `objects` are the parts and landmarks by id and kind; without them only states of the world frame are drawn.
   constructor(outline, states, objects = null, names = null) {
@@ -219,7 +227,9 @@ class Bodies {
         if (labelled.has(key)) continue;
         labelled.add(key);
         const at = () => mesh.getWorldPosition(new THREE.Vector3());
-        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${names?.say(state.name) ?? state.name}`, colour: look.colour, at });
+        const words = names?.sayState(state.name) ?? state.name;
+        const told = state.frame && own.length > 1 ? atReference(words, state.frame, names?.say(id) ?? id) : words;
+        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${told}`, colour: look.colour, at });
       }
     }
   }

@@ -12,7 +12,7 @@ function story({ run, domain, recording }, episode) {
   const { summary = {} } = run ?? {};
   const goal = run?.goal_words ?? domain?.goal ?? run?.goal;
   const acts = episode.acts.filter((act) => act.action && act.outcome !== "not begun");
-  const placed = acts.filter((act) => act.outcome === "placed").length;
+  const well = acts.filter((act) => act.well).length;
   const { episodes = 1 } = summary;
   const shown = recording
     ? [`${plural(recording.demonstrations, "demonstration")} with ${plural(recording.snapshots, "snapshot")} of where everything was.`,
@@ -26,10 +26,13 @@ function story({ run, domain, recording }, episode) {
   const decided = episode.acts.length
     ? [`${plural(acts.length, "step")}, decided one at a time. The longest decision took ${longest.toFixed(0)} ms of simulated time.`]
     : ["No decisions are known."];
-  const steps = acts.map((act) => `${capital(act.words)}${act.outcome === "placed" ? "" : ` (${act.outcome})`}`);
-  const failed = acts.length - placed;
-  const done = [`${placed} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`,
+  const steps = acts.map((act) => `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`);
+  const failed = acts.length - well;
+  const missed = acts.filter((act) => !act.well && act.landed).slice(0, 3).map((act) => `“${capital(act.words)}” did not (${act.came}): ${landedInWords(act.landed)}.`);
+  const done = [`${well} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
+  const others = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);
+  done.splice(1 + missed.length, 0, ...others.slice(0, 3), ...(others.length > 3 ? [`And ${others.length - 3} times more.`] : []));
   if (episodes > 1) done.push(`In all, ${summary.assembled} of ${episodes} episodes were solved.`);
   return [["Shown", shown], ["Learned", learned, actions], ["Decided", decided, steps], ["Done", done]];
 }

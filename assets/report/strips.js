@@ -70,6 +70,7 @@ class Lanes extends Strip {
       this.content.acts.forEach((act) => this.drawAct(pen, act, rows));
       const { touches } = this.content;
       touches.forEach((touch, i) => this.drawTouch(pen, touch, rows[2] + 10, touches[i + 1]));
+      for (const { t } of this.content.displaced) this.drawHand(pen, this.axis.x(t), rows[2] + 10);
     });
   }
 
@@ -81,14 +82,25 @@ class Lanes extends Strip {
     };
     block(act.asked, act.decided, rows[0], theme.colours.decide);
     if (!act.action) return;
-    block(act.decided, act.until, rows[1], act.outcome === "placed" ? theme.colours.done : theme.colours.failed);
+    block(act.decided, act.until, rows[1], act.well ? theme.colours.done : theme.colours.failed);
     pen.fillStyle = theme.colours.ink;
     pen.textAlign = "left";
     const from = Math.max(x(act.decided), this.axis.left);
     // Show as much text as there is room for. The outcome comes before the action.
-    const texts = [`${act.words}: ${act.outcome}`, act.words, act.outcome, act.outcome[0]];
+    const texts = [`${act.words}: ${act.came}`, act.words, act.came, act.came[0]];
     const text = texts.find((text) => pen.measureText(text).width < x(act.until) - from - 8);
     if (text) pen.fillText(text, from + 4, rows[1] + 9);
+  }
+
+  // What another hand did: a diamond.
+  drawHand(pen, x, y) {
+    pen.fillStyle = theme.colours.now;
+    pen.beginPath();
+    pen.moveTo(x, y - 7);
+    pen.lineTo(x + 6, y);
+    pen.lineTo(x, y + 7);
+    pen.lineTo(x - 6, y);
+    pen.fill();
   }
 
   // The name stands beside the mark if there is room before the next one.
@@ -124,6 +136,10 @@ function rounds(low, high) {
   return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(6)));
 }
 
+// For how long a sample holds if none follows, or if one follows only after a gap, in seconds.
+const HOLDS_S = 0.1;
+const NO_GAPS = new Set();
+
 class Panel extends Strip {
   constructor(axis, content, chosen) {
     super(axis, "Values of a module over simulated time");
@@ -139,6 +155,11 @@ class Panel extends Strip {
   // When the module's values were sampled.
   get times() {
     return this.module?.times ?? this.content.times;
+  }
+
+  // The samples before which some are missing: no line leads to them.
+  get gaps() {
+    return this.module?.times ? NO_GAPS : this.content.gaps ?? NO_GAPS;
   }
 
   // Colour and dashes of a curve.
@@ -166,7 +187,8 @@ class Panel extends Strip {
     const { module } = this;
     if (!module) return [];
     const sample = countUpTo(this.times, time) - 1;
-    if (sample < 0) return [];
+    const last = sample + 1 === this.times.length || this.gaps.has(sample + 1);
+    if (sample < 0 || (last && time - this.times[sample] > HOLDS_S)) return [];
     return module.names.map((_, column) => module.values[sample * module.names.length + column]);
   }
 
@@ -207,17 +229,25 @@ class Panel extends Strip {
     let pixel = null;
     let least = 0;
     let greatest = 0;
+    let before = 0;
     for (let i = first; i < last; i++) {
       const x = Math.round(this.axis.x(times[i]) * 2) / 2;
       const value = module.values[i * module.names.length + column];
-      if (x === pixel) {
+      const joined = i > first && !this.gaps.has(i);
+      if (x === pixel && joined) {
         if (value < least) pen.lineTo(x, at((least = value)));
         if (value > greatest) pen.lineTo(x, at((greatest = value)));
+        before = value;
         continue;
       }
-      if (pixel === null) pen.moveTo(x, at(value));
-      else pen.lineTo(x, at(value));
-      [pixel, least, greatest] = [x, value, value];
+      // The line leaves a pixel at its last value, not at the extreme that was drawn last.
+      if (joined) {
+        pen.lineTo(pixel, at(before));
+        pen.lineTo(x, at(value));
+      } else {
+        pen.moveTo(x, at(value));
+      }
+      [pixel, least, greatest, before] = [x, value, value, value];
     }
     pen.stroke();
     pen.setLineDash([]);

@@ -69,7 +69,7 @@ function operatorsTable(domain, names) {
 
 // A symbol in words, with the symbol below if they differ.
 function named(symbol, names) {
-  const words = names.say(symbol);
+  const words = names.sayState(symbol);
   if (words === symbol) return symbol;
   const small = make("div", symbol);
   small.className = "symbol";
@@ -93,8 +93,8 @@ function framedStatesTable(domain, names) {
 function framedOperatorsTable(domain, names) {
   const lines = (texts) => make("div", null, ...(texts.length ? texts : ["–"]).map((text) => make("div", text)));
   const rows = domain.operators.map((operator) => [
-    named(operator.name, names), String(operator.instances), operator.from.map((state) => names.say(state)).join(" or "),
-    names.words.size ? names.say(operator.to) : operator.target,
+    named(operator.name, names), String(operator.instances), operator.from.map((state) => names.sayState(state)).join(" or "),
+    names.words.size ? names.sayState(operator.to) : operator.target,
     lines(operator.conditions), lines(operator.side_effects),
   ]);
   return table(["action", ">instances", "from", "to", "conditions before it", "side effects"], rows);
@@ -121,7 +121,9 @@ const FIGURES = {
   replans_after: "steps that failed",
   strays: "parts that ended up in no state",
   ended_with_strays: "episodes with such parts at the end",
-  meddled: "episodes with a perturbation",
+  meddled: "episodes in which another hand moved something",
+  displaced: "what another hand did",
+  off_place: "steps whose part is not where it was to go",
   decision_ms: "time of a decision, simulated ms",
   slip_mm: "largest slip in the gripper, mm",
 };
@@ -136,6 +138,14 @@ function figuresTable(summary) {
     }
     if (name === "replans_after" && Array.isArray(value)) {
       const steps = value.map(({ words, action, outcome, times }) => `${words ?? action}: ${outcome}${times > 1 ? `, ${times} times` : ""}`);
+      return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
+    }
+    if (name === "displaced" && Array.isArray(value)) {
+      const hands = value.map(({ episode, t, words }) => `episode ${episode + 1}, at ${seconds(t)}: ${words}`);
+      return [FIGURES[name], hands.length ? hands.join("; ") : "nothing"];
+    }
+    if (name === "off_place" && Array.isArray(value)) {
+      const steps = value.map(({ episode, decision, words, ...where }) => `episode ${episode + 1}, decision ${decision + 1} (${words}): ${landedInWords({ words: where.landed, ...where })}`);
       return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
     }
     if (name === "interval95" && Array.isArray(value)) return [`share solved, 95% interval${rough}`, value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];

@@ -25,7 +25,7 @@ function phasesList() {
 class Thinking extends Panels {
   constructor(page) {
     super({
-      duration: 0.1, acts: [], touches: [], times: new Float32Array(), modules: [], spikes: { t: [], row: [] }, populations: [],
+      duration: 0.1, acts: [], touches: [], displaced: [], times: new Float32Array(), modules: [], spikes: { t: [], row: [] }, populations: [],
       rows: 0, word: "Module", says: (time) => page.saysAt(time), say: (symbol) => page.names.say(symbol),
     }, (time) => page.seek(time));
     this.page = page;
@@ -40,7 +40,7 @@ class Thinking extends Panels {
     const touches = episode.touches.map((touch) => ({ ...touch, name: episode.part(touch.part) }));
     const rows = spikes.t.length ? populations.reduce((sum, p) => sum + p.rows, 0) : 0;
     Object.assign(this.content, {
-      duration: episode.duration, acts: episode.acts, touches, times: episode.times, modules: unpackModules(run, own),
+      duration: episode.duration, acts: episode.acts, touches, displaced: episode.displaced, times: episode.times, modules: unpackModules(run, own), gaps: new Set(own?.modules.gaps),
       spikes, populations, rows,
     });
     byId("thinking").textContent = own || !arrays

@@ -45,24 +45,10 @@ const PHASES = {
   Widen: "No way is left: tries all actions that are possible.",
 };
 
-// How an episode ended. Actions and states have the domain's names. In a domain with frames, an obstacle is about the
-// objects of the scene, and `run.json` has the reason in words.
-function endInWords(end, domain, reason, names) {
-  if (domain?.framed && end?.ended?.Stuck && reason) return `the goal cannot be reached: ${reason}`;
-  if (!end) return "the end of the episode is unknown";
-  const [kind, detail] = typeof end.ended === "object" ? Object.entries(end.ended)[0] : [end.ended, null];
-  const action = detail?.action ? `“${names.say(detail.action)}”` : "an action";
-  const words = {
-    GoalMet: "the goal holds",
-    Stuck: "the goal cannot be reached",
-    NoWay: `no part could be grasped and placed for ${action}`,
-    Occupied: `another part lies where ${action} puts its part`,
-    Lost: `${listed(detail?.objects?.map((id) => names.say(id)))} fell off the table, and the goal needs more parts`,
-    GaveUp: "the limit on time or skills was reached",
-    NoProblem: detail?.why ?? "the goal cannot be asked for",
-  };
-  const why = kind === "Stuck" && detail && typeof detail === "object" ? obstacleInWords(detail, domain) : "";
-  return (words[kind] ?? kind) + why;
+// Why an episode ended. A trace of an older version does not say it in words, and `run.json` only of failures.
+function endInWords(end, reason) {
+  const older = "the trace is of an older version, which does not say why the episode ended";
+  return end?.words ?? reason ?? (end ? older : "the end of the episode is unknown");
 }
 
 // What the executor changed after a failure, and why.
@@ -84,22 +70,12 @@ function recoveryInWords(recovery, names) {
   return `${does[kind] ?? kind}: ${why} (try ${attempt})`;
 }
 
-// The name of a skill that is not the decided action; undefined if the action itself is carried out.
-function detour(decision) {
-  const { kind, object } = decision.recovery ?? {};
-  return ["regrasp", "reseat", "clear", "push"].includes(kind) ? `${kind} ${object}` : undefined;
-}
-
-function obstacleInWords(obstacle, domain) {
-  const [kind, at] = Object.entries(obstacle)[0] ?? [];
-  const state = domain?.states[at?.state]?.name ?? "a state";
-  const action = domain?.operators[at?.action]?.name ?? "an action";
-  const words = {
-    NothingCauses: `${state} does not hold and no action causes it`,
-    MustBeAbsent: `${state} holds, but must be absent before ${action}`,
-    NeedsItself: `every way to reach ${state} requires ${state} itself`,
-    NoPlan: `no plan that reaches the goal was found`,
+// What the robot does in place of the decided action, as an order; undefined if it carries out the action itself.
+function detourInWords(recovery, names) {
+  const object = recovery && names.say(recovery.object);
+  const orders = {
+    regrasp: `put ${object} down to take it anew`, reseat: `take ${object} out`, clear: `move ${object} out of the way`, push: `push ${object}`,
   };
-  return `: ${words[kind] ?? inWords(obstacle)}`;
+  return orders[recovery?.kind];
 }
 

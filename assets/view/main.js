@@ -7,7 +7,7 @@ class LivePage {
     Object.assign(this, { frame: null, scene: null, dirty: false });
     this.session = new Session({
       hello: (hello) => this.begin(hello), frame: (frame) => this.take(frame), standing: (standing) => this.stand(standing),
-      log: (log) => this.log(log), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
+      log: (log) => this.log(log), branches: (branches) => this.branch(branches), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
       sent: () => this.refusal(""), saved: (text) => download("interventions.jsonl", "application/jsonl", text), closed: (why) => this.closed(why),
     });
     this.plots = new Plots(byId("plots"), this.session);
@@ -86,7 +86,7 @@ class LivePage {
     const neurons = graph.nodes.reduce((sum, node) => sum + node.neurons, 0);
     byId("summary").textContent = `${graph.nodes.length} nodes, ${graph.edges.length} connections, ${neurons} spiking neurons, ticks of `
       + `${shortNumber(1000 * graph.dt_s)} ms.${hello.read_only ? " Read-only: the run can be watched, not changed." : ""}`;
-    const changing = "#bar button, #bar select, #changes button, #clamp, #set, #end, #forget";
+    const changing = "#bar button, #bar select, #changes button, #clamp, #set, #end, #forget, #grab, #move, #remove";
     document.querySelectorAll(changing).forEach((button) => { button.disabled = hello.read_only; });
     this.network.begin(graph);
     this.touch.begin(graph, pointers);
@@ -97,7 +97,7 @@ class LivePage {
     byId("found").replaceChildren(...[...modules, ...graph.nodes.flatMap((node) => node.outputs.map(({ name }) => name))].slice(0, 2000)
       .map((name) => make("option", name)));
     byId("scene").hidden = !scene;
-    if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene);
+    if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene, this.session);
     byId("until").hidden = !hello.events;
     this.plots.again();
     document.documentElement.dataset.ready = "yes";
@@ -184,6 +184,19 @@ class LivePage {
     }
     this.network.held = held;
     if (this.hello) this.network.mark();
+  }
+
+  branch(branches) {
+    this.plots.branch(branches);
+    byId("branches").hidden = branches.all.length === 0;
+    byId("branches").querySelector("ul").replaceChildren(...branches.all.map(({ id, parted, end, changes }) => {
+      const go = make("button", `Go to branch ${id}`);
+      go.type = "button";
+      go.disabled = Boolean(this.hello?.read_only);
+      go.addEventListener("click", () => this.session.send("branch", { id }));
+      return make("li", null, go, ` parts from this run at tick ${parted} and ends at tick ${end}, with ${counted(changes)}`);
+    }));
+    this.draw();
   }
 
   // Says what was refused, until the next command.

@@ -1,6 +1,9 @@
 // Plots of values, similarities and spikes: drawn while the run goes on, and exported as CSV and SVG.
 
 const KEPT = { samples: 20000, spikes: 50000 };
+// Dashes of the curves of branches, by their number.
+const BRANCH_DASHES = [[7, 4], [2, 3], [9, 3, 2, 3], [1, 4]];
+const BRANCH_LINES = ["dashed", "dotted", "dashes and dots", "thinly dotted"];
 const MARGIN = { left: 46, right: 8, top: 6, bottom: 20 };
 
 // What a plot is drawn on: a canvas, or the text of an SVG file.
@@ -80,13 +83,15 @@ function download(name, kind, text) {
 class Plot {
   // `what` is the request, as the run takes it.
   constructor(title, what, remove) {
-    Object.assign(this, { title, what, id: null, names: [], ticks: [], rows: [] });
+    Object.assign(this, { title, what, id: null, names: [], ticks: [], rows: [], tail: null, branches: new Map() });
     this.spiking = "spikes" in what;
     this.canvas = make("canvas");
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", title);
     this.legend = make("div");
     this.legend.className = "names";
+    this.compared = make("p");
+    this.compared.className = "note";
     const button = (text, act) => {
       const made = make("button", text);
       made.type = "button";
@@ -99,7 +104,7 @@ class Plot {
       button("SVG", () => download(`${file}.svg`, "image/svg+xml", this.svg())),
       button("Remove", remove));
     controls.className = "controls";
-    this.element = make("div", null, make("h3", title), this.canvas, this.legend, controls);
+    this.element = make("div", null, make("h3", title), this.canvas, this.legend, this.compared, controls);
     this.element.className = "plot";
   }
 
@@ -121,15 +126,88 @@ class Plot {
   }
 
   forget() {
-    [this.ticks, this.rows] = [[], []];
+    [this.ticks, this.rows, this.tail] = [[], [], null];
+    this.branches.clear();
   }
 
-  // Forgets what lies after a tick: the run has gone back.
+  // Takes away what lies after a tick: the run has gone back. It is kept, for it may become a branch.
   cut(tick) {
-    let left = this.ticks.length;
-    while (left > 0 && this.ticks[left - 1] > tick) left -= 1;
-    this.ticks.length = left;
-    this.rows.length = left;
+    this.branches.forEach((branch) => { branch.found = null; });
+    const left = this.after(tick);
+    const tail = { ticks: this.ticks.splice(left), rows: this.rows.splice(left) };
+    if (tail.ticks.length && !(this.tail?.ticks.at(-1) > tail.ticks.at(-1))) {
+      // After a longer way back, the earlier part belongs to it as well.
+      this.tail = tail;
+    } else if (tail.ticks.length) {
+      const [first] = this.tail.ticks;
+      const before = tail.ticks.filter((own) => own < first).length;
+      this.tail = { ticks: [...tail.ticks.slice(0, before), ...this.tail.ticks], rows: [...tail.rows.slice(0, before), ...this.tail.rows] };
+    }
+  }
+
+  // The index of the first sample after a tick.
+  after(tick) {
+    return countUpTo(this.ticks, tick);
+  }
+
+  // Keeps what the run had done before it went back as a branch, which parts from it at a tick.
+  keep(id, parted) {
+    const { ticks, rows } = this.tail ?? { ticks: [], rows: [] };
+    const from = countUpTo(ticks, parted);
+    this.branches.set(id, { parted, ticks: ticks.slice(from), rows: rows.slice(from) });
+    this.tail = null;
+  }
+
+  // The run has returned to a branch: that becomes the present, and the present becomes the branch.
+  turn(id) {
+    const branch = this.branches.get(id);
+    if (!branch) return;
+    const from = this.after(branch.parted);
+    const left = { ticks: this.ticks.splice(from), rows: this.rows.splice(from) };
+    for (const [other, one] of this.branches) {
+      if (other === id || one.parted <= branch.parted) continue;
+      // It went on from the path that is left now.
+      const shared = countUpTo(left.ticks, one.parted);
+      one.ticks.unshift(...left.ticks.slice(0, shared));
+      one.rows.unshift(...left.rows.slice(0, shared));
+      Object.assign(one, { parted: branch.parted, found: null });
+    }
+    this.ticks.push(...branch.ticks);
+    this.rows.push(...branch.rows);
+    this.branches.set(id, { parted: branch.parted, ...left });
+    this.tail = null;
+  }
+
+  // Where a branch and the present first differ: the tick, and the last one before at which both were sampled and were the same.
+  // Null if they do not differ as far as both are known.
+  differs({ parted, ticks, rows }) {
+    let [same, at] = [parted, this.after(parted)];
+    if (this.spiking) {
+      for (let i = 0; i < ticks.length && at < this.ticks.length; i += 1, at += 1) {
+        if (ticks[i] !== this.ticks[at] || rows[i] !== this.rows[at]) return { tick: Math.min(ticks[i], this.ticks[at]), same: Math.min(ticks[i], this.ticks[at]) - 1 };
+      }
+      return null;
+    }
+    for (let i = 0; i < ticks.length; i += 1) {
+      while (at < this.ticks.length && this.ticks[at] < ticks[i]) at += 1;
+      if (this.ticks[at] !== ticks[i]) continue;
+      if (rows[i].some((value, column) => value !== this.rows[at][column])) return { tick: ticks[i], same };
+      same = ticks[i];
+    }
+    return null;
+  }
+
+  // The branches in words.
+  compare() {
+    const said = [...this.branches].map(([id, branch]) => {
+      branch.found ??= this.differs(branch);
+      const { found } = branch;
+      const where = !branch.ticks.length ? "was not plotted" : !found ? "does not differ so far"
+        : found.tick === found.same + 1 ? `differs from tick ${found.tick}` : `differs from a tick between ${found.same + 1} and ${found.tick}`;
+      return `Branch ${id} (${BRANCH_LINES[(id - 1) % BRANCH_LINES.length]}) ${where}.`;
+    });
+    const text = said.join(" ");
+    if (this.compared.textContent !== text) this.compared.textContent = text;
   }
 
   take({ width, ticks, values }) {
@@ -151,13 +229,20 @@ class Plot {
     const [right, bottom] = [paper.width - MARGIN.right, paper.height - MARGIN.bottom];
     const x = (tick) => MARGIN.left + ((tick * dt - begin) / (end - begin)) * (right - MARGIN.left);
     const first = Math.max(countUpTo(this.ticks, begin / dt - 1e-9) - 1, 0);
+    // Of branches only what is in view, so that the rest does not stretch the axis.
+    const branches = [...this.branches].map(([id, { ticks, rows }]) => {
+      const range = [Math.max(countUpTo(ticks, begin / dt - 1e-9) - 1, 0), countUpTo(ticks, end / dt + 1e-9)];
+      return { id, ticks: ticks.slice(...range), rows: rows.slice(...range) };
+    });
     let [low, high] = [0, 1];
     if (this.spiking) {
       const { from, count } = this.what.spikes;
       [low, high] = [from, from + count];
     } else {
-      for (let i = first; i < this.rows.length; i++) {
-        for (const value of this.rows[i]) [low, high] = [Math.min(low, value), Math.max(high, value)];
+      for (const [rows, from] of [[this.rows, first], ...branches.map((branch) => [branch.rows, 0])]) {
+        for (let i = from; i < rows.length; i++) {
+          for (const value of rows[i]) [low, high] = [Math.min(low, value), Math.max(high, value)];
+        }
       }
     }
     const y = (value) => bottom - ((value - low) / (high - low || 1)) * (bottom - MARGIN.top);
@@ -169,20 +254,30 @@ class Plot {
     paper.text(seconds(end, 3), right, paper.height - 6, soft, "end");
     if (this.spiking) {
       const size = Math.max((bottom - MARGIN.top) / (high - low) - 1, 1);
-      const points = this.ticks.slice(first).map((tick, i) => [x(tick), y(this.rows[first + i] + 1)]);
-      paper.dots(points.filter(([at]) => at >= MARGIN.left), ink, size);
+      const points = (ticks, rows) => ticks.map((tick, i) => [x(tick), y(rows[i] + 1)]).filter(([at]) => at >= MARGIN.left && at <= right);
+      for (const { ticks, rows } of branches) paper.dots(points(ticks, rows), soft, size / 2);
+      paper.dots(points(this.ticks.slice(first), this.rows.slice(first)), ink, size);
       return;
+    }
+    for (const { id, ticks, rows } of branches) {
+      this.names.forEach((_, column) => {
+        const points = ticks.map((tick, i) => [Math.max(x(tick), MARGIN.left), y(rows[i][column])]);
+        paper.line(points, this.colour(column), BRANCH_DASHES[(id - 1) % BRANCH_DASHES.length], 1);
+      });
     }
     this.names.forEach((_, column) => {
       const points = [];
       for (let i = first; i < this.ticks.length; i++) points.push([Math.max(x(this.ticks[i]), MARGIN.left), y(this.rows[i][column])]);
-      paper.line(points, this.colour(column), theme.dash(column));
+      paper.line(points, this.colour(column), theme.dash(column), this.branches.size ? 2.2 : 1.5);
     });
   }
 
   show(dt, tick, last) {
-    const end = tick * dt;
+    // With branches the axis goes on to their ends, up to half its length.
+    const ends = [...this.branches.values()].map(({ ticks }) => ticks.at(-1) ?? 0);
+    const end = Math.min(Math.max(tick, ...ends), tick + last / dt / 2) * dt;
     this.range = [dt, Math.max(end - last, 0), Math.max(end, last)];
+    this.compare();
     this.draw(new CanvasPaper(this.canvas), ...this.range);
     const now = this.rows.at(-1);
     [...this.legend.children].forEach((label, i) => {
@@ -194,10 +289,13 @@ class Plot {
 
   csv() {
     const dt = this.range?.[0] ?? 1;
-    const head = ["time_s", ...(this.spiking ? ["neuron"] : this.names)].map(quoted).join(",");
+    const several = this.branches.size > 0;
+    const head = [...(several ? ["run"] : []), "time_s", ...(this.spiking ? ["neuron"] : this.names)].map(quoted).join(",");
     // A number that the run counts in single precision, without the digits of double precision.
-    const lines = this.rows.map((row, i) => [(this.ticks[i] * dt).toFixed(6), ...[row].flat().map((value) => Math.fround(value).toPrecision(9) * 1)].join(","));
-    return `${[head, ...lines].join("\n")}\n`;
+    const lines = (run, { ticks, rows }) => rows.map((row, i) => [...(several ? [run] : []), (ticks[i] * dt).toFixed(6),
+      ...[row].flat().map((value) => Math.fround(value).toPrecision(9) * 1)].join(","));
+    const branches = [...this.branches].flatMap(([id, branch]) => lines(`branch ${id}`, branch));
+    return `${[head, ...lines("now", this), ...branches].join("\n")}\n`;
   }
 
   svg() {
@@ -213,7 +311,7 @@ class Plot {
 // All plots of this window.
 class Plots {
   constructor(place, session) {
-    Object.assign(this, { place, session, all: [], next: 1 });
+    Object.assign(this, { place, session, all: [], next: 1, known: new Map(), turns: null });
     this.none = place.firstElementChild;
   }
 
@@ -232,8 +330,24 @@ class Plots {
     this.session.send("plot", { key: plot.key, what: plot.what });
   }
 
+  // Takes over what branches the run has: new ones, those that were dropped, and a return to one.
+  branch({ all, turns, last }) {
+    if (this.turns !== null && turns !== this.turns) this.all.forEach((plot) => plot.turn(last));
+    this.turns = turns;
+    const ids = new Set(all.map(({ id }) => id));
+    for (const { id, parted } of all) {
+      if (!this.known.has(id)) this.all.forEach((plot) => plot.keep(id, parted));
+      this.known.set(id, parted);
+    }
+    for (const id of [...this.known.keys()].filter((own) => !ids.has(own))) {
+      this.known.delete(id);
+      this.all.forEach((plot) => plot.branches.delete(id));
+    }
+  }
+
   // The run has another graph: its plots are asked for again.
   again() {
+    [this.known, this.turns] = [new Map(), null];
     for (const plot of this.all) {
       plot.forget();
       this.ask(plot);

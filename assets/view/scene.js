@@ -1,15 +1,98 @@
-// The scene of a live run: the replay of the report's page, with one frame that changes.
+// The scene of a live run: the replay of the report's page, with one frame that changes, and another hand that moves parts.
 
 class LiveScene {
-  constructor(section, outline) {
+  constructor(section, outline, session) {
     const parts = outline.parts.length;
     this.frames = {
       count: 0, parts, t: new Float32Array(1), angles: new Float32Array(7), fingers: new Float32Array(2), poses: new Float32Array(7 * parts),
     };
-    Object.assign(this, { section, outline, replay: null });
+    Object.assign(this, { section, outline, session, replay: null, drag: null });
     section.querySelectorAll("[data-view]").forEach((button) => button.addEventListener("click", () => {
       this.replay?.choose(button.dataset.view);
     }));
+    // As the run calls them: the kind, and a number among the parts of this kind.
+    const kinds = outline.parts.map((kind) => outline.kinds[kind].name);
+    this.ids = kinds.map((kind, i) => `${kind}_${kinds.slice(0, i).filter((other) => other === kind).length}`);
+    byId("part").replaceChildren(...this.ids.map((id) => make("option", id)));
+    byId("grab").addEventListener("click", () => this.grab());
+    byId("move").addEventListener("click", () => this.moveTyped());
+    byId("remove").addEventListener("click", () => this.ask({ remove: { object: byId("part").value } }));
+  }
+
+  ask(wish) {
+    this.session.send("do", { world: wish });
+  }
+
+  get grabbing() {
+    return byId("grab").getAttribute("aria-pressed") === "true";
+  }
+
+  grab() {
+    byId("grab").setAttribute("aria-pressed", String(!this.grabbing));
+  }
+
+  move(index, x, y) {
+    const z = this.frames.poses[7 * index + 2];
+    this.ask({ move: { object: this.ids[index], position: [x, y, z].map((metres) => Number(metres.toFixed(6))) } });
+  }
+
+  moveTyped() {
+    const numbers = byId("place").value.split(/[\s,]+/).filter(Boolean).map(Number);
+    if (numbers.length !== 2 || !numbers.every(Number.isFinite)) {
+      this.session.listeners.refused("the place needs two numbers in millimetres, x and y");
+      return;
+    }
+    this.move(this.ids.indexOf(byId("part").value), numbers[0] / 1000, numbers[1] / 1000);
+  }
+
+  // The ray from the camera through a point of the picture.
+  ray(event) {
+    const { canvas, camera } = this.replay;
+    const ray = new THREE.Raycaster();
+    const at = new THREE.Vector2((2 * event.offsetX) / canvas.clientWidth - 1, 1 - (2 * event.offsetY) / canvas.clientHeight);
+    ray.setFromCamera(at, camera);
+    return ray;
+  }
+
+  // A part under the pointer is taken, follows on its height, and is put down where the pointer is released.
+  listen() {
+    const { canvas, controls } = this.replay;
+    const over = (event) => {
+      const plane = new THREE.Plane(new THREE.Vector3(0, 0, 1), -this.drag.z);
+      return this.ray(event).ray.intersectPlane(plane, new THREE.Vector3());
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      if (!this.grabbing || event.button !== 0) return;
+      const parts = this.replay.bodies.parts.slice(0, this.ids.length);
+      const [hit] = this.ray(event).intersectObjects(parts, true);
+      const index = hit ? parts.indexOf(hit.object) : -1;
+      if (index < 0) return;
+      // The picture does not turn with it.
+      event.stopImmediatePropagation();
+      controls.enabled = false;
+      canvas.setPointerCapture(event.pointerId);
+      this.drag = { index, z: this.frames.poses[7 * index + 2], at: null };
+      const begun = over(event);
+      const { x, y } = parts[index].position;
+      this.drag.off = begun ? [x - begun.x, y - begun.y] : [0, 0];
+      byId("part").value = this.ids[index];
+    }, { capture: true });
+    canvas.addEventListener("pointermove", (event) => {
+      const at = this.drag && over(event);
+      if (!at) return;
+      this.drag.at = [at.x + this.drag.off[0], at.y + this.drag.off[1]];
+      this.show();
+    });
+    const drop = (event) => {
+      const { drag } = this;
+      if (!drag) return;
+      this.drag = null;
+      controls.enabled = true;
+      if (event.type === "pointerup" && drag.at) this.move(drag.index, ...drag.at);
+      this.show();
+    };
+    canvas.addEventListener("pointerup", drop);
+    canvas.addEventListener("pointercancel", drop);
   }
 
   take({ poses }) {
@@ -25,8 +108,15 @@ class LiveScene {
     if (this.frames.count === 0 || this.broken) return;
     try {
       // The camera frames the parts as they stand in the first frame.
-      this.replay ??= new Replay(this.section.querySelector(".view"), this.outline, this.frames, []);
+      if (!this.replay) {
+        this.replay = new Replay(this.section.querySelector(".view"), this.outline, this.frames, []);
+        this.listen();
+      }
+      const { drag, frames } = this;
+      const held = drag?.at ? frames.poses.slice(7 * drag.index, 7 * drag.index + 2) : null;
+      if (held) frames.poses.set(drag.at, 7 * drag.index);
       this.replay.show(0);
+      if (held) frames.poses.set(held, 7 * drag.index);
     } catch (error) {
       this.broken = true;
       this.section.querySelector(".view").replaceChildren(make("p", `This browser cannot draw the 3-D view (${error.message}).`));

@@ -10,7 +10,7 @@ use symbolt::task::domain::{
 };
 
 use super::output::keys;
-use super::table::{Grid, counted, section, unbroken, wrapped};
+use super::table::{Grid, counted, note, section, unbroken, wrapped};
 
 /// Returns tables of the states, the operators with their conditions and side effects, and the goal.
 pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
@@ -65,7 +65,7 @@ pub(crate) fn domain_tables(domain: &RelationalDomain) -> String {
         section(&mut text, "Goal of the demonstrations", &grid);
     }
     if let Some(others) = other_goals(domain) {
-        let _ = writeln!(text, "{}\n", wrapped(&format!("{others}."), 0));
+        let _ = writeln!(text, "{}\n", wrapped(&note(&others), 0));
     }
     text
 }
@@ -181,6 +181,9 @@ fn need_table(domain: &RelationalDomain) -> Grid {
     grid
 }
 
+/// Mean movement below which an object stays where it is, in metres. `--json` has all movements.
+const NOISE_M: f64 = 1e-3;
+
 /// Returns the side effects of each action, and how it moves its object in open coordinates.
 fn change_table(domain: &RelationalDomain) -> Grid {
     let mut grid = Grid::new(&["action", "change", "seen in"]);
@@ -196,14 +199,17 @@ fn change_table(domain: &RelationalDomain) -> Grid {
                 let places = &domain.states[operator.to].places;
                 places.iter().any(|place| place.coordinates[axis].is_open())
             };
-            let along = ["x", "y", "z"].iter().enumerate().filter(|(axis, _)| open(*axis));
+            let moves = |axis: usize| displacement.mean[axis].abs() >= NOISE_M && open(axis);
+            let along = ["x", "y", "z"].iter().enumerate().filter(|(axis, _)| moves(*axis));
             let along: Vec<String> = along
                 .map(|(axis, name)| format!("{} mm along {name}", mm(displacement.mean[axis])))
                 .map(|text| unbroken(&text))
                 .collect();
-            let change = format!("the object moves by {}", along.join(", "));
-            let seen = unbroken(&format!("{0} of {0}", operator.instances));
-            grid.row([std::mem::take(&mut name), change, seen]);
+            if !along.is_empty() {
+                let change = format!("the object moves by {}", along.join(", "));
+                let seen = unbroken(&format!("{0} of {0}", operator.instances));
+                grid.row([std::mem::take(&mut name), change, seen]);
+            }
         }
     }
     grid

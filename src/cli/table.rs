@@ -49,6 +49,14 @@ pub(crate) fn counted(number: usize, what: &str) -> String {
     if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }
 
+/// Makes a sentence of a remark: with a capital letter and a full stop.
+pub(crate) fn note(remark: &impl ToString) -> String {
+    let text = remark.to_string();
+    let mut letters = text.chars();
+    let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+    format!("{first}{}.", letters.as_str())
+}
+
 /// Lists names after a title, broken between names.
 pub(crate) fn listed(title: &str, names: &[String]) -> String {
     let room = columns().min(PROSE).saturating_sub(length(title) + 1);

@@ -224,7 +224,7 @@ pub(super) fn demonstrations(view: &View<'_>, found: &mut Found) {
     let (mut own, mut disagree) = (Found::default(), 0);
     for (d, demo) in view.demos.iter().enumerate().take(compared) {
         let before = own.count();
-        let place = format!("demonstration {}", demo.number);
+        let place = format!("demo {}", demo.number);
         let heights = heights(&all, d);
         let other = frame(&all, d, &place)
             .or_else(|| level(view, &heights, &place))
@@ -366,7 +366,7 @@ fn below(all: &Summary<'_, '_>, d: usize, heights: &Heights<'_>, found: &mut Fou
         let z = seen.at.z;
         if z < lowest - least && z < usual - least {
             found.push(DoubtKind::BelowTable, || {
-                let place = format!("demonstration {}, `{}`", demo.number, object.id);
+                let place = format!("demo {}, `{}`", demo.number, object.id);
                 let seen = format!(
                     "it begins at z = {z:.3} m, below everything else, and its kind usually at {usual:.3} m"
                 );

@@ -185,7 +185,7 @@ pub(super) fn camera(view: &View<'_>) -> Vec<Doubt> {
         if steps >= 3 && 2 * moved > steps {
             all.push(Doubt::new(
                 DoubtKind::MovingCamera,
-                format!("demonstration {}", demo.number),
+                format!("demo {}", demo.number),
                 format!(
                     "in {moved} of {steps} steps nearly all objects move, by up to {:.0} mm",
                     far * 1e3

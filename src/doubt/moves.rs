@@ -339,7 +339,7 @@ fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
     for demo in view.demos.iter().filter(long) {
         let whole = demo.objects.iter().all(|o| o.seen.iter().all(Option::is_some));
         if whole && !demo.objects.iter().any(moves) {
-            let place = format!("demonstration {}", demo.number);
+            let place = format!("demo {}", demo.number);
             all.push(nothing(place, "no object moves, in the others some do".into()));
             continue;
         }
@@ -366,7 +366,7 @@ fn still(view: &View<'_>, labelled: bool) -> Vec<Doubt> {
                     all.push(
                         Doubt::new(
                             DoubtKind::Frozen,
-                            format!("demonstration {}, `{}`", demo.number, object.id),
+                            format!("demo {}, `{}`", demo.number, object.id),
                             format!("its pose is the same to the bit in {} snapshots", seen.len()),
                         )
                         .reading("the tracker has probably lost it and repeats the last pose")

@@ -145,7 +145,7 @@ pub(super) fn units(view: &View<'_>, found: &mut Found) -> bool {
         .collect();
     if !odd.is_empty() && odd.len() < known.len() && known.len() > 1 {
         let doubts = odd.into_iter().map(|(d, e)| {
-            let place = format!("demonstration {}", view.demos[d].number);
+            let place = format!("demo {}", view.demos[d].number);
             let what = format!("the others are {} wide, this scene is", length(usual));
             if fits(e) {
                 let ratio = if e > usual { e / usual } else { usual / e };
@@ -212,7 +212,7 @@ pub(super) fn times(view: &View<'_>, metric: bool, found: &mut Found) {
             let Some(step) = step.filter(|s| *s > LONGEST_STEP_S && *s > 100.0 * usual) else {
                 continue;
             };
-            let place = format!("demonstration {}", demo.number);
+            let place = format!("demo {}", demo.number);
             found.extend([clock(place, step, usual, "its snapshots")]);
         }
     }

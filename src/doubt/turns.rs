@@ -104,7 +104,7 @@ pub(super) fn order(view: &View<'_>) -> Vec<Doubt> {
     for (d, demo) in view.demos.iter().enumerate().filter(|_| view.demos.len() > 1) {
         let own = upright(view, Some(d), vertical);
         if own.is_other() {
-            all.push(doubt(format!("demonstration {}", demo.number), &own));
+            all.push(doubt(format!("demo {}", demo.number), &own));
         }
     }
     // Angles in radians that were taken for degrees are below pi degrees, and differ within them.

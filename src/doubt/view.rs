@@ -147,9 +147,9 @@ impl<'a> Demo<'a> {
         self.times_s.len()
     }
 
-    /// Returns the place of a snapshot in words.
+    /// Returns the place of a snapshot, as the file counts.
     pub fn place(&self, snapshot: usize) -> String {
-        format!("demonstration {}, snapshot {}", self.number, self.numbers[snapshot])
+        format!("demo {}, snapshot {}", self.number, self.numbers[snapshot])
     }
 
     /// Returns whether the hand holds something between a snapshot and the next.

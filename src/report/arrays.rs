@@ -300,12 +300,20 @@ impl Arrays {
                 row(a) == row(b)
             })
         };
-        let mut rows: Vec<usize> = (0..samples)
-            .filter(|i| *i == 0 || i + 1 == samples || !same(i - 1, *i) || !same(*i, i + 1))
-            .collect();
+        // Of samples that are alike, the first and the last are enough. On both sides of a gap there is a sample.
+        let gap = |i: usize| {
+            i > 0 && i < samples && self.modules_t[i] - self.modules_t[i - 1] > ROUGHLY_S
+        };
+        let beside = |i: usize| i == 0 || i + 1 == samples || gap(i) || gap(i + 1);
+        let mut rows: Vec<usize> =
+            (0..samples).filter(|i| beside(*i) || !same(i - 1, *i) || !same(*i, i + 1)).collect();
         let width: usize = modules.iter().map(|(_, columns, ..)| columns).sum();
         let step = (rows.len() * width).div_ceil(MAX_VALUES).max(1);
-        rows = kept(rows.len(), step).into_iter().map(|i| rows[i]).collect();
+        rows = (rows.iter().enumerate())
+            .filter(|(number, i)| number.is_multiple_of(step) || beside(**i))
+            .map(|(_, i)| *i)
+            .collect();
+        let gaps: Vec<usize> = (0..rows.len()).filter(|number| gap(rows[*number])).collect();
         let modules: Vec<Value> = (modules.into_iter())
             .map(|(name, columns, steps, all)| {
                 let values = rows.iter().flat_map(|i| &all[i * columns..(i + 1) * columns]);
@@ -323,6 +331,7 @@ impl Arrays {
             "modules": {
                 "t": packed(&mut rows.iter().map(|i| self.modules_t[*i] as f32)),
                 "of": modules,
+                "gaps": gaps,
             },
             "spikes": {
                 "t": packed(&mut spikes().map(|(t, _)| *t as f32)),

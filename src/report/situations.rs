@@ -8,6 +8,7 @@ use crate::robot::Pose;
 use crate::robot::scene::{BodyId, SceneSpec};
 use crate::task::classify::{Classifier, Layout};
 use crate::task::compile::Problem;
+use crate::task::domain::naming::object_names;
 use crate::task::domain::{Fact, RelationalDomain};
 use crate::task::recording::{ObjectPose, Snapshot};
 
@@ -93,14 +94,14 @@ impl<'s> Objects<'s> {
         }
     }
 
-    /// Finds what holds over an episode: of each object whose kind has states a list of changes `[seconds, state,
-    /// reference]`, and of each term of the goal a list of changes `[seconds, how many are lacking]`. A state is null where
+    /// Finds what holds over an episode: of each object whose kind has states a list of changes `[seconds, state, statement]`, and of each term of the goal a list of changes `[seconds, how many are lacking]`. A state is null where
     /// the object is in none. `None` if the domain cannot be used with the names of the scene.
     pub fn situations(&self, film: &Film, domain: &RelationalDomain) -> Option<Value> {
         // The recorded kinds are then not those of the scene.
         if !domain.sub_kinds.is_empty() || film.len() == 0 {
             return None;
         }
+        let people = object_names(self.names.iter().map(|(id, kind)| (id.as_str(), *kind)));
         let classifier = Classifier::new(domain);
         let first = classifier.classify(&self.snapshot(&self.poses(film, 0)?));
         let terms = domain
@@ -130,8 +131,8 @@ impl<'s> Objects<'s> {
                 if last[i] != Some(*fact) {
                     last[i] = Some(*fact);
                     let state = fact.map(|fact| &domain.states[fact.state].name);
-                    let reference = fact.and_then(|fact| fact.reference);
-                    states[i].push(json!([t, state, reference.map(|r| &self.names[r].0)]));
+                    let words = fact.map(|fact| domain.fact_in_words(&fact, i, &people));
+                    states[i].push(json!([t, state, words]));
                 }
             }
             for (i, term) in terms.iter().enumerate() {
@@ -147,7 +148,9 @@ impl<'s> Objects<'s> {
         let known = |kind: &str| domain.states.iter().any(|state| state.kind == kind);
         let own: Vec<Value> = parts
             .filter(|(i, _)| known(self.names[*i].1))
-            .map(|(i, changes)| json!({"id": self.names[i].0, "part": i, "changes": changes}))
+            .map(|(i, changes)| {
+                json!({"id": self.names[i].0, "name": people[i], "part": i, "changes": changes})
+            })
             .collect();
         let goal: Vec<Value> = (domain.goals.iter().zip(&lacking))
             .map(|(goal, changes)| json!({"term": domain.goal_in_words(goal), "changes": changes}))

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::robot::SkillReport;
-use crate::task::event::{Decided, Ended, EpisodeReport, Event, Observer, Touched};
+use crate::task::event::{Decided, Displaced, Ended, EpisodeReport, Event, Observer, Touched};
 
 /// How an episode ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,18 +44,20 @@ pub struct Line {
     /// Contact of the fingers with a part, or release of a part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touch: Option<Touched>,
+    /// Body that another hand than the robot's moved or took away.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displaced: Option<Displaced>,
     /// End of the episode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
 }
 
-/// An observer that collects the lines of one episode: decisions first, then contacts and releases, then the end.
+/// An observer that writes the lines of one episode when it ends: decisions first, then contacts and releases, then what another
+/// hand changed, then the end.
 #[derive(Debug, Clone, Default)]
 pub struct Tracer {
     episode: usize,
-    decisions: String,
-    touches: String,
-    end: String,
+    text: String,
 }
 
 impl Tracer {
@@ -64,43 +66,33 @@ impl Tracer {
         Self { episode, ..Self::default() }
     }
 
-    /// Returns the lines collected so far.
-    pub fn text(&self) -> String {
-        [self.decisions.as_str(), &self.touches, &self.end].concat()
+    /// Returns the lines; none before the episode has ended.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    fn put(&mut self, line: Line) {
+        let _ = writeln!(self.text, "{}", json!(Line { episode: self.episode, ..line }));
     }
 }
 
 impl Observer for Tracer {
     fn observe(&mut self, event: &Event<'_>) {
-        let own = Line { episode: self.episode, ..Line::default() };
-        match event {
-            // A decision that the robot carries out is written when its skill is over.
-            Event::Decided(decision) if !decision.begun => {
-                put(&mut self.decisions, &Line { decision: Some((*decision).clone()), ..own });
-            }
-            Event::SkillEnded { decision: Some(decision), .. } => {
-                put(&mut self.decisions, &Line { decision: Some((*decision).clone()), ..own });
-            }
-            Event::Touched(touch) => put(&mut self.touches, &Line { touch: Some(*touch), ..own }),
-            Event::EpisodeEnded(report) => {
-                // The episode may end while its last decision is carried out.
-                let cut = report.decisions.last().filter(|d| d.begun && d.skill.is_none());
-                if let Some(decision) = cut {
-                    let line = Line { decision: Some(decision.clone()), ..own.clone() };
-                    put(&mut self.decisions, &line);
-                }
-                let EpisodeReport { ended, ended_words, solved, simulated_s, lost, .. } = report;
-                let (ended, words, lost) = (ended.clone(), ended_words.clone(), lost.clone());
-                let end = End { ended, words, solved: *solved, simulated_s: *simulated_s, lost };
-                put(&mut self.end, &Line { end: Some(end), ..own });
-            }
-            _ => {}
+        let Event::EpisodeEnded(report) = event else { return };
+        let EpisodeReport { ended, ended_words, solved, simulated_s, lost, .. } = report;
+        for decision in &report.decisions {
+            self.put(Line { decision: Some(decision.clone()), ..Line::default() });
         }
+        for touch in &report.touches {
+            self.put(Line { touch: Some(*touch), ..Line::default() });
+        }
+        for displaced in &report.displaced {
+            self.put(Line { displaced: Some(displaced.clone()), ..Line::default() });
+        }
+        let (ended, words, lost) = (ended.clone(), ended_words.clone(), lost.clone());
+        let end = End { ended, words, solved: *solved, simulated_s: *simulated_s, lost };
+        self.put(Line { end: Some(end), ..Line::default() });
     }
-}
-
-fn put(text: &mut String, line: &Line) {
-    let _ = writeln!(text, "{}", json!(line));
 }
 
 /// Maximum simulated length of an episode, in seconds.
@@ -121,6 +113,7 @@ impl Line {
             self.decision.as_ref().map(|d| d.asked_s),
             self.decision.as_ref().map(|d| d.took_ms / 1e3),
             self.touch.as_ref().map(|t| t.t),
+            self.displaced.as_ref().map(|displaced| displaced.t),
             self.end.as_ref().map(|e| e.simulated_s),
         ];
         self.episode < MAX_EPISODES

@@ -78,7 +78,7 @@ impl Tally {
                 *tally.recoveries.entry(kind).or_default() += 1;
                 *tally.reasons.entry(reason).or_default() += 1;
             }
-            tally.perturbed += usize::from(episode.perturbed);
+            tally.perturbed += usize::from(episode.perturbed());
             tally.decision_ms.extend(episode.decisions.iter().map(|d| d.took_ms));
             tally.steps += episode.steps;
             tally.simulated_s += episode.simulated_s;

@@ -45,6 +45,8 @@ pub(super) enum Command {
     Point { output: String, to: String, how: How },
     /// Forgets the interventions that lie ahead after going back.
     Forget {},
+    /// Returns to the end of a branch; the run that is left is kept in its place.
+    Branch { id: u32 },
     /// Asks for the whole log.
     Log {},
     /// Ends the live run.

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
 
+use super::branches::Branches;
 use super::command::{Command, How};
 use super::sampler::{Sampler, pointer};
 use super::{FRAME, View};
@@ -74,8 +75,11 @@ struct Loop<'v, 'l> {
     /// Whether something has changed since the last frame.
     fresh: bool,
     doing: String,
-    /// The length of the log and the epoch that windows were told of.
+    /// The length of the log and the epoch that windows were told of, and that are in the log's file.
     told: Option<(usize, u32)>,
+    filed: Option<(usize, u32)>,
+    /// Whether a window has returned to a branch.
+    turned: bool,
     poses: Vec<f32>,
 }
 
@@ -93,6 +97,7 @@ impl View {
         let mut own = Loop::new(self, live, None);
         loop {
             own.obey();
+            own.file_log();
             if own.ended {
                 return own.finish(Driven::Ended);
             }
@@ -127,10 +132,11 @@ impl View {
             own.publish();
             own.wait();
             own.obey();
+            own.file_log();
             if own.ended || own.abandoned() {
                 return own.finish(Driven::Ended);
             }
-            if own.live.tick() < end {
+            if own.turned || own.live.tick() < end {
                 return own.finish(Driven::WentBack);
             }
         }
@@ -168,6 +174,7 @@ impl<'v, 'l> Loop<'v, 'l> {
                 let outline = graph.outline();
                 view.hub.tell_graph(&json!({ "hello": view.hello(graph, &outline) }));
                 view.standing.epoch = view.standing.epoch.wrapping_add(1);
+                view.branches = Branches::default();
                 // So do ticks, which count from the start of each run.
                 view.mode = match view.mode {
                     Mode::To(_) => Mode::Stopped,
@@ -190,11 +197,14 @@ impl<'v, 'l> Loop<'v, 'l> {
             fresh: true,
             doing: String::new(),
             told: None,
+            filed: None,
+            turned: false,
             poses: Vec::new(),
         }
     }
 
-    fn finish(self, driven: Driven) -> Result<Driven, LiveError> {
+    fn finish(mut self, driven: Driven) -> Result<Driven, LiveError> {
+        self.file_log();
         self.view.sampled = Some((self.live.sim().graph().clone(), self.sampler));
         match self.failure {
             Some(failure) => Err(failure),
@@ -223,6 +233,21 @@ impl<'v, 'l> Loop<'v, 'l> {
             Err(RecvTimeoutError::Timeout) => {}
             // The hub of the view holds the other end.
             Err(RecvTimeoutError::Disconnected) => self.ended = true,
+        }
+    }
+
+    /// Writes to the log's file what has changed.
+    fn file_log(&mut self) {
+        let now = Some((self.live.made().len(), self.view.standing.epoch));
+        if self.filed == now {
+            return;
+        }
+        self.filed = now;
+        if let Some(log) = &mut self.view.log
+            && let Err(fault) = log.keep(self.live.made())
+        {
+            self.view.log = None;
+            self.view.log_fault = Some(fault);
         }
     }
 
@@ -280,7 +305,11 @@ impl<'v, 'l> Loop<'v, 'l> {
                     How::Clamp => Intervention::Clamp { output, values },
                 })?;
             }
+            Command::Branch { id } => self.turn(id)?,
             Command::Forget {} => {
+                if !self.live.ahead().is_empty() {
+                    self.view.branches.part(tick);
+                }
                 let none = InterventionLog::default();
                 self.live.follow(&none).map_err(|error| error.to_string())?;
             }
@@ -300,7 +329,10 @@ impl<'v, 'l> Loop<'v, 'l> {
         if self.over {
             return Err("the run is over; go back to change it".into());
         }
-        self.live.intervene(what).map_err(|error| error.to_string())
+        let tick = self.live.tick();
+        self.live.intervene(what).map_err(|error| error.to_string())?;
+        self.view.branches.part(tick);
+        Ok(())
     }
 
     fn go(&mut self, mode: Mode) -> Result<(), String> {
@@ -318,8 +350,18 @@ impl<'v, 'l> Loop<'v, 'l> {
         self.go(Mode::To(tick))
     }
 
+    fn turn(&mut self, id: u32) -> Result<(), String> {
+        self.view.mode = Mode::Stopped;
+        self.view.branches.turn(id, self.live)?;
+        self.sampler.forget();
+        self.view.standing.epoch = self.view.standing.epoch.wrapping_add(1);
+        (self.halted, self.failure, self.turned) = (None, None, true);
+        Ok(())
+    }
+
     fn go_back(&mut self, tick: u64) -> Result<(), String> {
         self.view.mode = Mode::Stopped;
+        self.view.branches.leave(self.live);
         let gone = self.live.seek(tick);
         self.sampler.forget();
         self.view.standing.epoch = self.view.standing.epoch.wrapping_add(1);
@@ -454,6 +496,7 @@ impl<'v, 'l> Loop<'v, 'l> {
             0,
             &json!({ "standing": { "doing": self.doing, "halted": self.halted } }),
         );
+        hub.tell_standing(2, &self.view.branches.told());
         if self.told != Some((logged.len(), standing.epoch)) {
             self.told = Some((logged.len(), standing.epoch));
             let last = logged.iter().skip(logged.len().saturating_sub(TOLD)).map(|entry| {

@@ -43,8 +43,8 @@ struct Windows {
     open: Vec<Window>,
     /// What a window is told first: the graph.
     hello: Option<Arc<str>>,
-    /// What it is told next: how the run stands, and its log.
-    standing: [Option<Arc<str>>; 2],
+    /// What it is told next: how the run stands, its log, and its branches.
+    standing: [Option<Arc<str>>; 3],
 }
 
 /// Why a window is not let in.
@@ -190,8 +190,8 @@ impl Hub {
         windows.open.iter_mut().for_each(|window| put(window, hello.clone()));
     }
 
-    /// Tells all windows, also those that come later: as number 0 how the run stands, as number 1 its log. Says it only if it
-    /// has changed.
+    /// Tells all windows, also those that come later: as number 0 how the run stands, as number 1 its log, as number 2 its
+    /// branches. Says it only if it has changed.
     pub fn tell_standing(&self, number: usize, what: &serde_json::Value) {
         let what: Arc<str> = what.to_string().into();
         let mut windows = locked(&self.windows);

@@ -30,17 +30,22 @@
 //! | `window` | one window: token, commands, frames |
 //! | `sampler` | plots, and the layout of frames |
 //! | `drive` | the loop of the run: stop, step, go back, change |
+//! | `branches` | what a run had done before a window went back |
+//! | `log_file` | the log as a file that grows |
 
+mod branches;
 mod command;
 mod drive;
 mod http;
 mod hub;
+mod log_file;
 mod page;
 mod sampler;
 mod window;
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -52,9 +57,11 @@ use rand::rngs::SysRng;
 use serde_json::Value;
 use thiserror::Error;
 
+use self::branches::Branches;
 pub use self::drive::Driven;
 use self::drive::Mode;
 use self::hub::{Hub, Sent};
+use self::log_file::LogFile;
 use self::sampler::{Reading, Sampler, Standing};
 use crate::sim::{Graph, Live, LiveError, Real, SimView};
 
@@ -107,6 +114,11 @@ pub struct View {
     standing: Standing,
     /// The plots, with the graph to which they belong.
     sampled: Option<(Arc<Graph>, Sampler)>,
+    /// Branches of the run of that graph.
+    branches: Branches,
+    log: Option<LogFile>,
+    /// Why the log could not be written.
+    log_fault: Option<io::Error>,
 }
 
 impl std::fmt::Debug for View {
@@ -158,6 +170,9 @@ impl View {
             mode: if read_only { Mode::running(Some(1.0)) } else { Mode::Stopped },
             standing: Standing::default(),
             sampled: None,
+            branches: Branches::default(),
+            log: None,
+            log_fault: None,
         };
         let thread = |name: &str, run: Box<dyn FnOnce() + Send>| {
             let thread = thread::Builder::new().name(name.into()).spawn(run);
@@ -228,6 +243,26 @@ impl View {
     ) -> Self {
         self.events = Some(Box::new(tell));
         self
+    }
+
+    /// Writes the log of what is changed to a file as the run goes on, so that nothing is lost if the program is stopped. A file
+    /// that exists is replaced.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn with_log(mut self, path: &Path) -> io::Result<Self> {
+        self.log = Some(LogFile::create(path)?);
+        Ok(self)
+    }
+
+    /// Ends the log of [`with_log`](Self::with_log), for another graph is to run: what is changed there is not written.
+    pub fn end_log(&mut self) {
+        self.log = None;
+    }
+
+    /// Returns why the log could not be written, if it could not.
+    pub fn log_fault(&mut self) -> Option<io::Error> {
+        self.log_fault.take()
     }
 
     /// Runs a live run as windows ask for, until one ends it. Returns it where it stands.

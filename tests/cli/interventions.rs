@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::run::made;
 
@@ -50,6 +50,74 @@ fn a_motor_that_is_silenced_by_hand_gives_no_decision_and_again_from_the_file() 
     assert_eq!((decided(&usual).0.len(), decided(&usual).1), (4, "\"GoalMet\"".into()));
     let facts = std::fs::read_to_string(here.join("one/run.json")).unwrap();
     assert!(facts.contains("symbolt run --seed 1 --demos 2 --interventions log.jsonl"), "{facts}");
+}
+
+/// The position of an object in the first scene.
+fn position(scene: &Value, id: &str) -> [f64; 3] {
+    let object = scene["objects"].as_array().unwrap().iter().find(|o| o["id"] == id).unwrap();
+    serde_json::from_value(object["position"].clone()).unwrap()
+}
+
+#[test]
+fn a_part_that_another_hand_moves_is_taken_where_it_lies_then_and_again_from_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let scene = std::fs::read_to_string(made().join("scene.json")).unwrap();
+    let [x, y, z] = position(&serde_json::from_str(&scene).unwrap(), "nut_0");
+    let to = [x - 0.05, y + 0.02, z];
+    let wish = json!({ "move": { "object": "nut_0", "position": to } });
+    let log = format!("{}\n", json!({ "tick": 3000, "do": { "world": wish } }));
+    let [one, two] = ["one", "two"].map(|out| {
+        let ran = run(here, &log, out);
+        assert_eq!(ran.status.code(), Some(0), "{}", said(&ran));
+        let told = String::from_utf8_lossy(&ran.stdout).replace("\n  ", " ");
+        assert!(told.contains("another hand, not the robot, moved the nut from ("), "{told}");
+        std::fs::read_to_string(here.join(out).join("trace.jsonl")).unwrap()
+    });
+    assert!(one == two);
+    assert_eq!(decided(&one).1, "\"GoalMet\"");
+    let rows = one.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let moved: Vec<Value> = rows.filter_map(|row| row.get("displaced").cloned()).collect();
+    assert_eq!((moved.len(), &moved[0]["object"]), (1, &json!("nut_0")));
+    let landed = |axis: usize| moved[0]["to"]["position"][axis].as_f64().unwrap();
+    assert!((landed(0) - to[0]).abs() < 1e-9 && (landed(2) - z).abs() < 5e-3, "{moved:?}");
+    let facts = std::fs::read_to_string(here.join("one/run.json")).unwrap();
+    let facts: Value = serde_json::from_str(&facts).unwrap();
+    assert_eq!(facts["summary"]["displaced"].as_array().map(Vec::len), Some(1), "{facts}");
+}
+
+#[test]
+fn a_part_that_is_taken_away_ends_the_episode_and_what_has_no_room_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let world = |wish: Value| format!("{}\n", json!({ "tick": 200, "do": { "world": wish } }));
+    let ran = run(here, &world(json!({ "remove": { "object": "nut_0" } })), "gone");
+    assert_eq!(ran.status.code(), Some(1), "{}", said(&ran));
+    let trace = std::fs::read_to_string(here.join("gone/trace.jsonl")).unwrap();
+    assert!(trace.contains("took the nut away from ("), "{trace}");
+    let scene = std::fs::read_to_string(made().join("scene.json")).unwrap();
+    let nut = position(&serde_json::from_str(&scene).unwrap(), "nut_0");
+    let cases = [
+        (json!({ "remove": { "object": "nut_7" } }), "there is no `nut_7`; there are: "),
+        (
+            json!({ "move": { "object": "bolt_0", "position": nut } }),
+            "there is no room for `bolt_0` there",
+        ),
+        (
+            json!({ "move": { "object": "bolt_0", "position": [9.0, 0.0, 0.0] } }),
+            "expected a position within 2 m",
+        ),
+        (json!({ "eat": { "object": "nut_0" } }), "unknown variant `eat`"),
+    ];
+    for (wish, expected) in cases {
+        let ran = run(here, &world(wish), "out");
+        let said = said(&ran);
+        assert_eq!(ran.status.code(), Some(2), "{said}");
+        let whole =
+            format!("symbolt: --interventions log.jsonl: intervention 1, at tick 200: {expected}");
+        assert!(said.starts_with(&whole), "{said}");
+    }
+    assert!(!here.join("out/run.json").exists());
 }
 
 #[test]

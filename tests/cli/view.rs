@@ -82,6 +82,19 @@ fn a_run_that_a_window_ends_early_says_so() {
 }
 
 #[test]
+fn the_log_of_a_killed_session_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut program, _said, mut window) = started(folder.path());
+    window.goes(&json!({ "step": { "ticks": 30 } }), 30);
+    window.send(&json!({ "do": { "silence": { "at": "planner/motor" } } }));
+    window.goes(&json!({ "step": { "ticks": 5 } }), 35);
+    program.kill().unwrap();
+    program.wait().unwrap();
+    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
+    assert_eq!(log, "{\"tick\":30,\"do\":{\"silence\":{\"at\":\"planner/motor\"}}}\n");
+}
+
+#[test]
 fn the_log_of_a_run_that_failed_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let (mut program, _said, mut window) = started(folder.path());

@@ -96,7 +96,7 @@ fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {
     let hand = |state: &Value| numbers(&state["places"]["hand"]);
     assert_ne!(hand(&states[0]), hand(&states[1]), "the arm moves");
     let now = |state: &Value| state["now"].as_str().expect("text").to_owned();
-    assert!(now(&states[1]).contains("doing: put the "), "{}", now(&states[1]));
+    assert!(now(&states[1]).contains("Doing: put the "), "{}", now(&states[1]));
     // A click on the second decision seeks to it and zooms in.
     let clicked = &found["clicked"];
     assert!((clicked["time"].as_f64().expect("a time") - asked[1]).abs() < 1e-6, "{clicked}");

@@ -28,6 +28,10 @@ pub fn trials() -> Vec<Trial> {
             sentences_are_shown_where_the_run_has_them_and_symbols_elsewhere,
             places_in_the_frames_of_objects_are_drawn_where_they_are,
             a_failed_step_has_its_moment_its_number_and_a_picture,
+            a_step_that_ends_off_its_place_and_another_hand_are_told,
+            a_gap_stays_a_gap_and_after_the_last_sample_the_legend_is_empty,
+            two_places_of_a_kind_have_two_labels,
+            nothing_is_cut_at_any_width,
             the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded,
             the_page_is_readable_by_everyone_on_every_width,
             the_page_of_any_graph_has_one_moment_folded_modules_loops_and_exports,
@@ -316,7 +320,8 @@ fn decisions_have_their_preconditions_and_reasons() {
         assert!(!text(&found["leads"][i]).is_empty(), "{row}");
     }
     // The first step is no part of the goal; the last one is.
-    assert!(text(&found["leads"][0]).starts_with("what decision "), "{}", found["leads"]);
+    let first = text(&found["leads"][0]);
+    assert!(first.starts_with("BOLT_AT_BOLT_HOLE, which decision 3 needs ("), "{first}");
     assert!(text(&found["leads"][2]).starts_with("a part of the goal"), "{}", found["leads"]);
 }
 
@@ -335,11 +340,11 @@ fn what_holds_is_that_of_the_moment_and_not_of_the_last_look() {
     let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
     assert_eq!((&found["looked"], &found["before_next"]), (&true.into(), &true.into()), "{found}");
     let now = text(&found["now"]);
-    assert!(now.contains("the nut: in a nut pocket (the nut pocket)"), "{now}");
+    assert!(now.contains("The nut is in the nut pocket"), "{now}");
     assert!(now.contains("✓ a nut is in a nut pocket"), "{now}");
     assert!(now.contains("○ a bolt is in a nut that is in a nut pocket"), "{now}");
     let then = text(&found["then"]);
-    assert!(then.contains("the nut: in its start area"), "{then}");
+    assert!(then.contains("The nut is in its start area"), "{then}");
     assert!(!text(&found["end"]).contains('○'), "{}", found["end"]);
     let facts = text(&found["facts"]);
     assert!(facts.contains("the place for a bolt in the bolt hole is free"), "{facts}");
@@ -357,7 +362,7 @@ fn sentences_are_shown_where_the_run_has_them_and_symbols_elsewhere() {
     assert!(text(&told["row"]).contains("a bolt is in its start area ✓"), "{}", told["row"]);
     assert!(!text(&told["row"]).contains("is free ✓"), "{}", told["row"]);
     assert!(text(&told["other"]).contains("Put the nut in the nut pocket."), "{}", told["other"]);
-    assert!(text(&told["now"]).contains("the nut: in a nut pocket"), "{}", told["now"]);
+    assert!(text(&told["now"]).contains("The nut is in the nut pocket"), "{}", told["now"]);
     assert!(text(&told["story"]).contains("The goal: a nut is in a nut pocket, and"), "{told}");
     assert!(told["label"].to_string().contains("goal: a nut is in a nut pocket"), "{told}");
     for symbol in
@@ -412,6 +417,98 @@ fn a_failed_step_has_its_moment_its_number_and_a_picture() {
     let found = opened_in(&Window { width: 1366, dark: false }, &missed, script);
     let said = text(&found["text"]);
     assert!(said.contains("is 10000 mm beside its target and at its height"), "{said}");
+}
+
+fn a_step_that_ends_off_its_place_and_another_hand_are_told() {
+    let page = page();
+    let landed = r#""landed":{"as_planned":true"#;
+    let hand = r#""events":[{"episode":0,"displaced":{"t":20.0,"object":"bolt_0","words":"another hand, not the robot, moved the bolt","from":{"position":[0.0,0.0,0.0],"orientation":[0.0,0.0,0.0,1.0]},"to":null}},"#;
+    let told = page.replacen(landed, r#""landed":{"as_planned":false"#, 1).replacen(
+        r#""events":["#,
+        hand,
+        1,
+    );
+    assert!(page.contains(landed) && told.len() > page.len() + 100);
+    let script = "\
+        found.story = byId('story').innerText; found.failures = byId('failures').innerText;\n\
+        found.rows = [...document.querySelectorAll('#decisions tbody tr')].map((row) => row.innerText);\n\
+        found.acts = page.decisionRows.map((row) => row.innerText.slice(0, 400));\n\
+        page.seek(20.5); found.now = byId('now').innerText; page.seek(30); found.later = byId('now').innerText;\n\
+        found.fill = page.acts.map(({ well, came }) => [well, came]);";
+    let open = |page: &str| opened_in(&Window { width: 1366, dark: false }, page, script);
+    let (well, found) = (open(&page), open(&told));
+    assert_eq!(well["fill"][0], serde_json::json!([true, "placed"]));
+    assert!(!text(&well["story"]).contains("another hand"), "{}", well["story"]);
+    assert_eq!(found["fill"][0], serde_json::json!([false, "off its place"]));
+    let story = text(&found["story"]);
+    assert!(
+        story.contains("2 of 3 steps ended as planned") && story.contains("mm from its target"),
+        "{story}"
+    );
+    assert!(story.contains("At 20.0 s another hand, not the robot, moved the bolt."), "{story}");
+    assert!(text(&found["failures"]).contains("off its place"), "{}", found["failures"]);
+    let rows = found["rows"].as_array().expect("rows");
+    let at = rows
+        .iter()
+        .position(|row| text(row).contains("Another hand, not the robot"))
+        .expect("a row");
+    assert!(at > 0 && text(&rows[at]).contains("Before: the bolt is"), "{rows:?}");
+    let acts = found["acts"].as_array().expect("rows");
+    assert_eq!(acts.len() + 1, rows.len());
+    assert!(text(&found["now"]).contains("Not the robot"), "{}", found["now"]);
+    assert!(!text(&found["later"]).contains("Not the robot"), "{}", found["later"]);
+}
+
+fn a_gap_stays_a_gap_and_after_the_last_sample_the_legend_is_empty() {
+    let script = "\
+        const { content, panels } = page.timeline; const [panel] = panels; const times = panel.times;\n\
+        content.gaps = new Set([5]); page.timeline.look(0, page.duration);\n\
+        const strokes = []; const pen = { beginPath() {}, stroke() {}, setLineDash() {} };\n\
+        pen.moveTo = (x) => strokes.push(['move', x]); pen.lineTo = (x) => strokes.push(['line', x]);\n\
+        panel.drawLine(pen, panel.module, 0, (value) => value);\n\
+        found.moves = strokes.filter(([kind]) => kind === 'move').length;\n\
+        content.gaps = new Set(); strokes.length = 0; panel.drawLine(pen, panel.module, 0, (value) => value);\n\
+        found.whole = strokes.filter(([kind]) => kind === 'move').length;\n\
+        content.times = times.slice(0, 20); found.held = panel.values(times[19] + 0.05).length;\n\
+        found.empty = panel.values(times[19] + 5).length; page.seek(times[19] + 5);\n\
+        found.legend = [...document.querySelectorAll('#panels output')].map((output) => output.textContent);";
+    let found = opened_in(&Window { width: 390, dark: false }, &page(), script);
+    assert_eq!((&found["whole"], &found["moves"]), (&1.into(), &2.into()), "{found}");
+    assert!(number(&found["held"]) > 0.0 && found["empty"] == 0, "{found}");
+    let legend = found["legend"].as_array().expect("values");
+    assert!(!legend.is_empty() && legend.iter().all(|value| text(value) == "–"), "{legend:?}");
+}
+
+fn two_places_of_a_kind_have_two_labels() {
+    let script = "\
+        const { bodies } = page.replay; const two = { ...bodies.references.find(({ kind }) => kind === 'nut_pocket'), id: 'nut_pocket_1' };\n\
+        const states = page.data.domain.drawn; bodies.references.push(two); bodies.addStates(states, new Map(), page.names);\n\
+        found.names = bodies.anchors.map(({ name }) => name);";
+    let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    let mut names: Vec<&str> = found["names"].as_array().expect("names").iter().map(text).collect();
+    names.sort_unstable();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count, "{names:?}");
+    assert!(names.contains(&"goal: a nut is in nut_pocket_1"), "{names:?}");
+}
+
+fn nothing_is_cut_at_any_width() {
+    let script = "\
+        const cut = (element) => element.scrollHeight > element.clientHeight + 1 || element.scrollWidth > element.clientWidth + 1;\n\
+        found.cut = []; let heights = new Set();\n\
+        for (let i = 0; i <= 20; i++) { page.seek((i / 20) * page.duration); heights.add(byId('now').offsetHeight);\n\
+            [byId('now'), ...document.querySelectorAll('#panels .names:not(.many)')].filter(cut).forEach((element) => found.cut.push(element.className || element.id)); }\n\
+        found.heights = heights.size; found.shown = document.querySelectorAll('#panels .names').length;";
+    for width in [320, 390, 768, 1024, 1366, 1920] {
+        let found = opened_in(&Window { width, dark: width == 768 }, &page(), script);
+        assert_eq!(found["cut"], serde_json::json!([]), "{width} px");
+        assert_eq!(
+            (&found["heights"], &found["shown"]),
+            (&1.into(), &2.into()),
+            "{width} px: nothing moves"
+        );
+    }
 }
 
 fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {

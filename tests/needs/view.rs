@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
 use libtest_mimic::Trial;
 use symbolt::prelude::*;
 
@@ -17,6 +20,7 @@ pub fn trials() -> Vec<Trial> {
         "needs Chromium",
         named![
             a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for,
+            a_part_is_dragged_in_the_picture_and_taken_away_by_hand,
             the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone,
             a_refusal_goes_with_the_next_command_and_a_failed_run_is_taken_back_by_hand,
             an_address_without_its_token_says_what_to_open,
@@ -95,6 +99,26 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     page.until("window.symbolt.page.frame.mode === 0");
     let bolt = last(&mut page, 0);
     assert!(bolt[1] > bolt[0], "TAKE_BOLT is chosen: {bolt:?}");
+    // What the run had done before is a branch: beside the present, with the first tick where they differ.
+    page.until("document.querySelectorAll('#branches li').length === 1");
+    assert_eq!(page.value("document.getElementById('branches').hidden"), false);
+    page.until(
+        "window.symbolt.page.plots.all.every((plot) => plot.branches.get(1)?.ticks.length > 2)",
+    );
+    page.until("window.symbolt.page.plots.all[0].compared.textContent.startsWith('Branch 1 (dashed) differs from ')");
+    let csv = page.value("window.symbolt.page.plots.all[0].csv()");
+    let csv = csv.as_str().unwrap();
+    assert!(csv.starts_with("run,time_s,") && csv.contains("\nbranch 1,0.4"), "{csv:.300}");
+    let svg = page.value("window.symbolt.page.plots.all[0].svg()");
+    assert!(svg.as_str().unwrap().contains("stroke-dasharray=\"7 4\""));
+    // Back to it: the first choice stands again, and what was silenced is the branch now.
+    page.click("#branches button");
+    page.until("window.symbolt.page.frame.tick === 400");
+    page.until("window.symbolt.page.plots.turns === 1");
+    let nut = last(&mut page, 0);
+    assert!(nut[0] > nut[1], "TAKE_NUT is chosen: {nut:?}");
+    page.click("#branches button");
+    page.until("window.symbolt.page.plots.turns === 2 && window.symbolt.page.frame.tick > 400");
     // What is not possible is said, and every plot is exported.
     page.click("#expression");
     page.types("SCREW");
@@ -103,7 +127,7 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     assert_eq!(page.value("window.symbolt.page.plots.all.length"), 2);
     let csv = page.value("window.symbolt.page.plots.all[1].csv()");
     let csv = csv.as_str().unwrap();
-    assert!(csv.starts_with("time_s,NUT,BOLT\n") && csv.lines().count() > 10, "{csv:.200}");
+    assert!(csv.starts_with("run,time_s,NUT,BOLT\n") && csv.lines().count() > 10, "{csv:.200}");
     let svg = page.value("window.symbolt.page.plots.all[1].svg()");
     assert!(svg.as_str().unwrap().contains("<polyline points="));
     if let Some(folder) = std::env::var_os("SYMBOLT_PICTURES") {
@@ -113,6 +137,79 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     drop(page);
     let live = served.ended();
     assert_eq!(live.made().len(), 1);
+}
+
+/// Brings the scene into view, and returns where the bolt is in the window.
+fn part(page: &mut Devtools) -> [f64; 2] {
+    let place = page.value(
+        "(() => { const { replay } = window.symbolt.page.scene; replay.canvas.scrollIntoView({ block: 'center' }); const box = replay.canvas.getBoundingClientRect(); \
+         const [x, y] = replay.project(replay.bodies.parts[1].position); return [box.left + x, box.top + y]; })()",
+    );
+    [0, 1].map(|axis| place[axis].as_f64().unwrap())
+}
+
+fn a_part_is_dragged_in_the_picture_and_taken_away_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_symbolt"))
+        .current_dir(folder.path())
+        .args(["view", "--demos", "2", "--quiet", "--log", "log.jsonl"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(program.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let mut page = Devtools::open(line.trim().strip_prefix("Open ").unwrap(), 1366, 1000);
+    page.until("Boolean(window.symbolt?.page.scene?.replay)");
+    page.click("[data-step=\"10\"]");
+    page.until("window.symbolt.page.frame.tick === 10");
+    let rows = |page: &mut Devtools| {
+        page.value("document.querySelectorAll('#log tbody tr').length").as_u64().unwrap()
+    };
+    let mouse = |page: &mut Devtools, kind: &str, [x, y]: [f64; 2]| {
+        let buttons = u8::from(kind != "mouseReleased");
+        let event = serde_json::json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        page.page("Input.dispatchMouseEvent", event);
+    };
+    // Without the button, dragging turns the picture.
+    let drag = |page: &mut Devtools| {
+        let [x, y] = part(page);
+        mouse(page, "mousePressed", [x, y]);
+        mouse(page, "mouseMoved", [x - 20.0, y + 5.0]);
+        mouse(page, "mouseMoved", [x - 45.0, y + 10.0]);
+        mouse(page, "mouseReleased", [x - 45.0, y + 10.0]);
+    };
+    drag(&mut page);
+    page.click("[data-step=\"10\"]");
+    page.until("window.symbolt.page.frame.tick === 20");
+    assert_eq!(rows(&mut page), 0);
+    page.click("#grab");
+    let before = page.value("[...window.symbolt.page.scene.frames.poses.slice(7, 9)]");
+    drag(&mut page);
+    page.until("document.querySelectorAll('#log tbody tr').length === 1");
+    page.until(&format!(
+        "Math.hypot(...window.symbolt.page.scene.frames.poses.slice(7, 9).map((v, i) => v - {before}[i])) > 0.02"
+    ));
+    if let Some(folder) = std::env::var_os("SYMBOLT_PICTURES") {
+        page.picture(&std::path::Path::new(&folder).join("hand.png"));
+    }
+    // What has no room is refused, as well where it is typed.
+    let nut = page.value("[...window.symbolt.page.scene.frames.poses.slice(0, 2)].map((m) => (1000 * m).toFixed(1)).join(', ')");
+    page.value("{ const select = document.getElementById('part'); select.value = select.options[1].value; }");
+    page.value(&format!("document.getElementById('place').value = {nut}"));
+    page.click("#move");
+    page.until("document.getElementById('refusal').textContent.includes('there is no room for')");
+    page.click("#remove");
+    page.until("document.querySelectorAll('#log tbody tr').length === 2");
+    page.until("window.symbolt.page.scene.frames.poses[9] < -0.2");
+    let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
+    assert_eq!(log.lines().count(), 2, "{log}");
+    assert!(
+        log.ends_with("{\"tick\":20,\"do\":{\"world\":{\"remove\":{\"object\":\"bolt_0\"}}}}\n"),
+        "{log}"
+    );
+    page.value("window.symbolt.page.session.send('end')");
+    assert!(program.wait().unwrap().success());
 }
 
 fn the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone() {

@@ -276,7 +276,7 @@ fn doubts_name_the_unit_and_how_to_ask_for_it() {
     }
     let mut recording = good("tower", 1);
     scale(&mut recording, 1e3, true);
-    assert_eq!(doubts(&recording)[0].place, "demonstration 2");
+    assert_eq!(doubts(&recording)[0].place, "demo 2");
 }
 
 #[test]
@@ -288,11 +288,11 @@ fn warnings_give_the_numbers_of_snapshots_that_the_file_has() {
     }
     recording.demos[2].snapshots[at].objects[(object + 1) % 3].pose.position[0] += 0.4;
     let number = recording.demos[2].snapshots[at].number;
-    assert_eq!(doubts(&recording)[0].place, format!("demonstration 2, snapshot {number}"));
+    assert_eq!(doubts(&recording)[0].place, format!("demo 2, snapshot {number}"));
     recording.demos[2].snapshots[at].time_s = recording.demos[2].snapshots[at - 1].time_s;
     let found = doubts(&recording);
     let twice = found.iter().find(|d| d.kind == DoubtKind::DuplicateTime).unwrap();
-    assert_eq!(twice.place, format!("demonstration 2, snapshot {number}"));
+    assert_eq!(twice.place, format!("demo 2, snapshot {number}"));
 }
 
 #[test]

@@ -246,7 +246,7 @@ fn a_hand_that_moves_the_jig_during_an_episode_takes_along_what_lies_in_it() {
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task) };
     let build = PlannerBuild { kind: PlannerKind::Chain, ..PlannerBuild::default() };
     let report = episode(&domain, &build, &spec, Seed::new(5)).expect("it runs").report;
-    assert!(report.perturbed && report.solved && !report.false_goal(), "{report:?}");
+    assert!(report.perturbed() && report.solved && !report.false_goal(), "{report:?}");
     // A body that does not move is refused.
     let body = BodyId::Fixture(1);
     let perturbation = spec.perturbation.map(|p| Perturbation { body, ..p });

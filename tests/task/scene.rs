@@ -239,7 +239,7 @@ fn a_bolt_that_another_hand_puts_into_the_jig_is_used() {
     let perturbation = Some(Perturbation { at_s: 1.0, body: BodyId::Part(2), pose });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(scene) };
     let over = run(domain, &spec, Seed::new(2));
-    assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
+    assert!(over.report.perturbed() && over.report.solved, "{:?}", over.report);
 }
 
 /// With longer substeps the bolt rattled in the nut and moved half a millimetre.
@@ -294,7 +294,7 @@ fn another_hand_waits_while_there_is_no_room() {
         Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose: Pose::at([0.45, 0.1, -0.01]) });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
     let over = run(domain, &spec, Seed::new(2));
-    assert!(!over.report.perturbed && over.report.solved, "{:?}", over.report);
+    assert!(!over.report.perturbed() && over.report.solved, "{:?}", over.report);
 }
 
 /// With the arm low beside the jig and the hand level, every straight path to the next part touched
@@ -625,7 +625,7 @@ fn a_bolt_on_its_head_is_put_down_anew_or_pushed_over() {
     let perturbation = Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose });
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::default() };
     let report = recovered(&spec, 2);
-    assert!(report.perturbed && report.solved, "{report:?}");
+    assert!(report.perturbed() && report.solved, "{report:?}");
     let detours = report.decisions.iter().filter(|d| d.is_detour()).count();
     assert!((1..=8).contains(&detours), "{report:?}");
 }
@@ -638,7 +638,7 @@ fn a_lost_part_is_reported_and_the_rest_goes_on_without_it() {
         let perturbation = Some(Perturbation { at_s: 0.0, body: BodyId::Part(1), pose });
         let scene = NutsAndBolts { bolts, ..NutsAndBolts::default() };
         let report = recovered(&EpisodeSpec { perturbation, ..EpisodeSpec::of(scene) }, 2);
-        assert_eq!((report.perturbed, report.solved), (true, solved), "{report:?}");
+        assert_eq!((report.perturbed(), report.solved), (true, solved), "{report:?}");
         assert_eq!(report.lost, ["bolt_0"]);
         if !solved {
             assert_eq!(report.ended, Ended::Lost { objects: vec!["bolt_0".into()] });

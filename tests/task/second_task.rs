@@ -217,7 +217,7 @@ fn a_second_task_is_demonstrated_learned_and_done_through_the_trait_alone() {
     let spec = EpisodeSpec { perturbation, ..EpisodeSpec::of(task.clone()) };
     // A block that a person takes away is put back.
     let over = episode(&domain, &build, &spec, Seed::new(5)).expect("runs");
-    assert!(over.report.perturbed && over.report.solved, "{:?}", over.report);
+    assert!(over.report.perturbed() && over.report.solved, "{:?}", over.report);
     assert_eq!(over.report.skills().count(), 3, "the base twice: {:?}", over.report);
     // The same with states in the frames of objects.
     let domain = learn(&shown.recording, &Settings::default()).expect("it teaches").domain;

@@ -4,9 +4,10 @@
 #![cfg(feature = "physics")]
 
 use symbolt::report::trace::{Tracer, read};
-use symbolt::robot::{SkillOutcome, SkillReport};
+use symbolt::robot::{Pose, SkillOutcome, SkillReport};
 use symbolt::task::event::{
-    Decided, Ended, EpisodeReport, Event, Observer, Recovery, RecoveryKind, Touched,
+    Decided, Displaced, Ended, EpisodeReport, Event, Observer, Recovery, RecoveryKind, Touched,
+    Undecided,
 };
 
 /// Two episodes in the older format, with skills on lines of their own.
@@ -81,7 +82,9 @@ fn a_written_trace_reads_back_as_it_was_observed() {
         chosen: None,
         unmet: vec!["B".into()],
         needs: vec!["A".into()],
+        undecided: vec![Undecided { fact: "A".into(), held: 4, of: 5 }],
         gives: vec!["B".into()],
+        landed: None,
         recovery: recovery(),
     };
     let touch = Touched { t: 1.5, part: 1, contact: true };
@@ -95,26 +98,22 @@ fn a_written_trace_reads_back_as_it_was_observed() {
         in_no_state: 0,
         unexplained: 0,
         lost: vec!["block_3".into()],
-        perturbed: false,
+        displaced: vec![Displaced::new(1.7, "block_2", "block 2", Pose::at([0.1, 0.2, 0.3]), None)],
         steps: 10,
         simulated_s: 2.0,
     };
     let mut tracer = Tracer::new(3);
+    // Lines are written when the episode has ended: where a part landed is known after its skill.
     tracer.observe(&Event::Decided(&decisions[0]));
-    // A decision that is carried out has no skill at first. Its line is written when the skill is over.
-    tracer.observe(&Event::Decided(&decided(true, None)));
-    tracer.observe(&Event::Touched(touch));
-    let decision = Some(&decisions[1]);
-    tracer.observe(&Event::SkillEnded { time_s: 2.0, report: &skill, decision });
-    // The episode ends while this decision is carried out.
-    tracer.observe(&Event::Decided(&decisions[2]));
+    assert_eq!(tracer.text(), "");
     tracer.observe(&Event::EpisodeEnded(&report));
     let (lines, problem) = read(tracer.text().as_bytes());
-    assert_eq!((lines.len(), problem), (5, None));
+    assert_eq!((lines.len(), problem), (6, None));
     assert!(lines.iter().all(|l| l.episode == 3 && l.skill.is_none()));
     let read: Vec<Decided> = lines.iter().filter_map(|l| l.decision.clone()).collect();
     assert_eq!(read, decisions);
     assert_eq!(lines[3].touch, Some(touch));
-    let end = lines[4].end.as_ref().map(|e| (e.simulated_s, e.lost.len()));
+    assert_eq!(lines[4].displaced.as_ref(), Some(&report.displaced[0]));
+    let end = lines[5].end.as_ref().map(|e| (e.simulated_s, e.lost.len()));
     assert_eq!(end, Some((2.0, 1)));
 }

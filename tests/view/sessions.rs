@@ -97,6 +97,50 @@ fn stepping_back_and_on_gives_the_same_bits() {
 }
 
 #[test]
+fn a_branch_is_kept_and_returned_to_with_the_same_bits() {
+    let served = served(spiking());
+    let mut window = served.window();
+    window.goes(&json!({ "step": { "ticks": 150 } }), 150);
+    // Going back alone makes no branch.
+    window.goes(&json!({ "back": { "ticks": 50 } }), 100);
+    window.goes(&json!({ "step": { "ticks": 10 } }), 110);
+    window.send(&json!({ "do": { "silence": { "at": "memory" } } }));
+    let told = branches(&mut window, 1);
+    assert_eq!(told["all"], json!([{ "id": 1, "parted": 110, "end": 150, "changes": 0 }]));
+    window.goes(&json!({ "step": { "ticks": 60 } }), 170);
+    window.send(&json!({ "branch": { "id": 1 } }));
+    let told = branches(&mut window, 1);
+    window.stands_at(150);
+    assert_eq!((&told["turns"], &told["last"]), (&json!(1), &json!(1)));
+    assert_eq!(told["all"], json!([{ "id": 1, "parted": 110, "end": 170, "changes": 1 }]));
+    window.send(&json!({ "branch": { "id": 9 } }));
+    assert_eq!(window.answer("refused"), json!("there is no branch 9"));
+    // At most four are kept.
+    for at in 1..=5_u64 {
+        window.goes(&json!({ "step": { "ticks": 10 } }), 160);
+        window.goes(&json!({ "back": { "ticks": 10 } }), 150);
+        window.send(&json!({ "do": { "noise": { "scale": at as f64 } } }));
+        let told = branches(&mut window, (at as usize + 1).min(4));
+        assert_eq!(told["all"].as_array().unwrap().last().unwrap()["id"], json!(at + 1));
+    }
+    window.send(&json!({ "do": { "noise": { "scale": 1.0 } } }));
+    window.goes(&json!({ "step": { "ticks": 1 } }), 151);
+    let live = served.ended();
+    assert_eq!(live.made().len(), 6);
+    assert!(live.sim().checkpoint().unwrap() == alone(151));
+}
+
+/// Reads until so many branches are told.
+fn branches(window: &mut Window, count: usize) -> serde_json::Value {
+    loop {
+        let told = window.answer("branches");
+        if told["all"].as_array().map(Vec::len) == Some(count) {
+            return told;
+        }
+    }
+}
+
+#[test]
 fn a_memory_silenced_by_hand_gives_the_wrong_decision_and_its_file_repeats_it() {
     let log = {
         let served = served(spiking());

@@ -25,7 +25,7 @@ use super::end::{BadArgument, Outcome};
 use super::kind::{Given, Kind, parsed};
 use super::options::{Common, METHODS, OutFile, named, number};
 use super::output::{Place, Progress, answer, keys, use_threads, warn};
-use super::table::{Grid, counted, section, unbroken, wrapped};
+use super::table::{Grid, counted, note, section, unbroken, wrapped};
 use super::watch::ProgressLine;
 
 #[derive(Debug, Clone, Args)]
@@ -133,7 +133,7 @@ pub(crate) fn tables(learned: &Learned) -> String {
         section(&mut text, UNSURE, &grid);
     }
     for remark in &learned.remarks {
-        let _ = writeln!(text, "{}\n", wrapped(&format!("{remark}."), 0));
+        let _ = writeln!(text, "{}\n", wrapped(&note(remark), 0));
     }
     text += &report_tables(&learned.report);
     if learned.outliers > 0 {
@@ -159,7 +159,7 @@ fn question_text(question: &Question, domain: &RelationalDomain) -> String {
     let title = format!(
         "One more demonstration would decide most if it began as demonstration {}{without} and went: {}. If it cannot be \
          done so, that decides, too. It would show whether these conditions are needed:",
-        question.demo,
+        question.demo + 1,
         moves.collect::<Vec<_>>().join(", then "),
     );
     let mut grid = Grid::new(&["action", "undecided condition"]);

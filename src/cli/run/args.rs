@@ -69,8 +69,8 @@ pub(crate) struct ViewArgs {
     /// first window, and ends when it is over and the last has left
     #[arg(verbatim_doc_comment, long)]
     pub read_only: bool,
-    /// File to write the log of interventions to when the run has ended
-    /// or failed; Ctrl-C loses it
+    /// File to write the log of interventions to; it grows with every change,
+    /// so Ctrl-C loses nothing
     #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub log: Option<PathBuf>,
 }

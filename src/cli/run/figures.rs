@@ -125,6 +125,8 @@ impl Figures<'_> {
             "lost": tally.lost,
             "recoveries": tally.recoveries,
             "meddled": tally.perturbed,
+            "displaced": self.displaced(),
+            "off_place": self.off_place(),
             "decision_ms": {
                 "median": tally.decision_quantile(0.5), "p95": tally.decision_quantile(0.95),
             },
@@ -139,6 +141,32 @@ impl Figures<'_> {
             "states": self.learned.domain.states.len(),
             "operators": self.learned.domain.operators.len(),
         }))
+    }
+
+    /// Returns what another hand than the robot's changed.
+    fn displaced(&self) -> Vec<Value> {
+        let all = self.reports.iter().enumerate();
+        let all =
+            all.flat_map(|(episode, report)| report.displaced.iter().map(move |d| (episode, d)));
+        let all =
+            all.map(|(episode, one)| json!({"episode": episode, "t": one.t, "words": one.words}));
+        all.collect()
+    }
+
+    /// Returns the steps whose part is not where it was to go.
+    fn off_place(&self) -> Vec<Value> {
+        let of = |(episode, report): (usize, &EpisodeReport)| {
+            let own = report.decisions.iter().enumerate().filter_map(move |(index, decision)| {
+                let landed = decision.landed.as_ref().filter(|landed| !landed.as_planned)?;
+                Some(json!({
+                    "episode": episode, "decision": index, "action": decision.action,
+                    "words": decision.words, "outcome": decision.outcome().map(|o| o.to_string()),
+                    "landed": landed.words, "off_mm": landed.off_mm,
+                }))
+            });
+            own.collect::<Vec<_>>()
+        };
+        self.reports.iter().enumerate().flat_map(of).collect()
     }
 
     /// Returns what the run prints.
@@ -156,8 +184,12 @@ impl Figures<'_> {
         if let [report] = self.reports {
             let title = wrapped(&format!("One episode. Its goal: {goal}."), 0);
             let _ = writeln!(text, "{title}\n\n{}", steps(report));
-            for line in in_no_state(report) {
-                let _ = writeln!(text, "{}", wrapped(&line, 2));
+            let lines = [surprises(report), in_no_state(report)].concat();
+            for line in &lines {
+                let _ = writeln!(text, "{}", wrapped(line, 2));
+            }
+            if !lines.is_empty() {
+                text.push('\n');
             }
             let _ = writeln!(text, "{}\n", wrapped(DECISION_MS, 0));
             text += &recoveries(report);
@@ -277,11 +309,23 @@ fn recoveries(report: &EpisodeReport) -> String {
     text
 }
 
-/// Returns a line for each part that a decision newly found in no state, or nearer to another state.
+/// Returns a line for each step whose part is not where it was to go, and for each change that another hand made.
+fn surprises(report: &EpisodeReport) -> Vec<String> {
+    let steps = report.decisions.iter().enumerate().filter_map(|(index, decision)| {
+        let landed = decision.landed.as_ref().filter(|landed| !landed.as_planned)?;
+        Some(format!("Step {} did not end as planned: {landed}.", index + 1))
+    });
+    let hands = report.displaced.iter().map(|one| format!("At {:.2} s {}.", one.t, one.words));
+    steps.chain(hands).collect()
+}
+
+/// Returns a line for each part that a decision newly found in no state, or nearer to another state, unless the step before it
+/// tells so.
 fn in_no_state(report: &EpisodeReport) -> Vec<String> {
-    let (mut lines, mut before) = (Vec::new(), &[][..]);
+    let (mut lines, mut before, mut told) = (Vec::new(), &[][..], None);
     for decision in &report.decisions {
-        for part in &decision.in_no_state {
+        let moved = |part: &&InNoState| told != Some(&part.object);
+        for part in decision.in_no_state.iter().filter(moved) {
             let same = |b: &InNoState| {
                 (&b.object, &b.nearest, &b.off) == (&part.object, &part.nearest, &part.off)
             };
@@ -290,9 +334,7 @@ fn in_no_state(report: &EpisodeReport) -> Vec<String> {
             }
         }
         before = &decision.in_no_state;
-    }
-    if !lines.is_empty() {
-        lines.push(String::new());
+        told = decision.landed.as_ref().and(decision.chosen.as_ref()).map(|chosen| &chosen.object);
     }
     lines
 }
@@ -303,13 +345,12 @@ fn steps(report: &EpisodeReport) -> Grid {
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
             (Some(_), _) if !decision.begun => "not begun".to_owned(),
-            (Some(_), _) => decision.outcome().map_or("cut short".into(), |o| o.to_string()),
-            (None, _) if decision.begun => {
-                decision.outcome().map_or("cut short".into(), |o| o.to_string())
+            _ if decision.action.is_some() || decision.begun => {
+                decision.came_in_words().map_or("cut short".into(), |came| unbroken(&came))
             }
             (None, _) if index + 1 < report.decisions.len() => unbroken("no way found"),
             (None, Ended::GoalMet) => unbroken("goal met"),
-            (None, _) => "stuck".to_owned(),
+            _ => "stuck".to_owned(),
         };
         let mut row = vec![(index + 1).to_string(), format!("{:.2}", decision.asked_s)];
         row.push(decision.done_in_words().unwrap_or_else(|| "-".into()));

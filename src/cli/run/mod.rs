@@ -116,7 +116,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let arrays = also.iter().fold(Arrays::of(frames(recorded), &activity), |arrays, episode| {
         arrays.with_episode(*episode, frames(*episode))
     });
-    let trace: String = episodes.iter().map(|e| e.tracer.text()).collect();
+    let trace: String = episodes.iter().map(|episode| episode.tracer.text()).collect();
     let contents = [
         shown.recording.to_jsonl(None)?.into_bytes(),
         learned.domain.to_json()?.into_bytes(),

@@ -1,10 +1,10 @@
 //! `symbolt view`: the main job live, in a browser.
 
-use anyhow::{Error, ensure};
+use anyhow::{Context, Error, bail, ensure};
 use serde_json::json;
 use symbolt::robot::scene::Outline;
 use symbolt::sim::{InterventionLog, Live, LiveError, LiveOptions, SimView, Stop};
-use symbolt::task::event::{Doing, Ignore};
+use symbolt::task::event::{Decided, Doing, Ignore};
 use symbolt::task::execute::{Driver, EpisodeWorld, PreparedEpisode, RECOMPILE};
 use symbolt::view::{Driven, View};
 
@@ -44,6 +44,12 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
     let prepared = runner.prepared(shown)?;
     let scene = spec.task.scene(scene_seed(args, shown))?;
     let view = if *read_only { View::bind_read_only() } else { View::bind() }?;
+    let view = match &log {
+        Some(Place::File(path, _)) => {
+            view.with_log(path).with_context(|| format!("{} cannot be written", path.display()))?
+        }
+        _ => view,
+    };
     let view = with_planner(view.titled(spec.task.name()), &prepared)
         .with_scene(json!(Outline::of(&scene)), poses)
         .with_events(happened);
@@ -55,10 +61,14 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
     let mut window = Window { view, log: None, ended: false };
     let driven = prepared.run_driven(&mut Ignore, &mut window);
     let made = window.log.unwrap_or_default();
-    // A run that failed is worth repeating as well.
-    let written = log.map(|place| place.write(&made)).transpose();
+    // A run that failed is worth repeating as well. A file has been written as the run went on.
+    if let Some(place @ Place::Stdout) = &log {
+        place.write(&made)?;
+    }
     let episode = driven.map_err(|error| of_interventions(error, args))?;
-    written?;
+    if let Some(fault) = window.view.log_fault() {
+        bail!("the log could not be written to its end: {fault}");
+    }
     let ended = match window.ended {
         true => "ended by a window".into(),
         false => super::reason_in_words(&episode.report),
@@ -104,13 +114,14 @@ fn happened(view: &SimView<'_>, text: &mut String) -> u32 {
     let Some(world) = EpisodeWorld::of(view.world()) else { return 0 };
     text.clear();
     match world.doing() {
-        Doing::Looking => text.push_str("looking"),
-        Doing::Deciding => text.push_str("deciding"),
+        Doing::Looking => text.push_str("Looking"),
+        Doing::Deciding => text.push_str("Deciding"),
         Doing::Acting(action) => {
-            text.push_str("doing ");
-            text.push_str(action);
+            let words = world.decisions().last().and_then(Decided::done_in_words);
+            text.push_str("Doing: ");
+            text.push_str(words.as_deref().unwrap_or(action));
         }
-        Doing::Over => text.push_str("over"),
+        Doing::Over => text.push_str("Over"),
     }
     u32::try_from(world.decisions().len()).unwrap_or(u32::MAX)
 }
@@ -164,7 +175,11 @@ impl Driver for Window {
     ) -> Result<bool, LiveError> {
         let goes_on = self.goes_on(live, stop);
         match self.log {
-            None => self.log = Some(live.log()),
+            None => {
+                self.log = Some(live.log());
+                // Interventions in another graph are not repeated.
+                self.view.end_log();
+            }
             Some(_) if live.made().is_empty() => {}
             Some(_) => {
                 let some = counted(live.made().len(), "intervention");

@@ -23,23 +23,32 @@ impl Scene {
 
     /// Takes the parts that have fallen off the table out of the physics.
     pub(super) fn freeze_lost(&mut self) {
-        for part in &self.parts {
-            let Some(body) = self.physics.bodies.get(part.body) else { continue };
-            let at = body.translation();
-            if !body.is_enabled() || part.slider.is_some() || at.z >= -LOST_M {
-                continue;
+        for part in 0..self.parts.len() {
+            let own = &self.parts[part];
+            let fallen = self.physics.bodies.get(own.body).is_some_and(|body| {
+                body.is_enabled() && own.slider.is_none() && body.translation().z < -LOST_M
+            });
+            if fallen {
+                self.take_away(part);
             }
+        }
+    }
+
+    /// Takes a part out of the physics, as if it had fallen off the table. Does nothing if there is no such part. The robot
+    /// never calls this.
+    pub fn take_away(&mut self, part: usize) {
+        let Some(part) = self.parts.get(part) else { return };
+        if let Some(body) = self.physics.bodies.get_mut(part.body) {
+            let at = body.translation();
             let kept = Vector::new(at.x, at.y, -KEPT_M);
             let kept = match kept.is_finite() && body.rotation().is_finite() {
                 true => Frame::from_parts(kept, *body.rotation()),
                 false => Frame::from_translation(-Vector::Z * KEPT_M),
             };
-            if let Some(body) = self.physics.bodies.get_mut(part.body) {
-                body.set_linvel(Vector::ZERO, false);
-                body.set_angvel(Vector::ZERO, false);
-                body.set_position(kept, false);
-                body.set_enabled(false);
-            }
+            body.set_linvel(Vector::ZERO, false);
+            body.set_angvel(Vector::ZERO, false);
+            body.set_position(kept, false);
+            body.set_enabled(false);
         }
     }
 }

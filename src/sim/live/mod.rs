@@ -351,7 +351,9 @@ impl Live {
     /// Makes the logged interventions of this tick.
     fn make_due(&mut self) -> Result<(), LiveError> {
         while let Some(next) = self.log.get(self.made).filter(|n| n.tick <= self.sim.tick()) {
-            self.sim.intervene(&next.what)?;
+            let (number, tick) = (self.made + 1, next.tick);
+            let impossible = |error| LogError::Impossible { number, tick, error };
+            self.sim.intervene(&next.what).map_err(impossible)?;
             self.made += 1;
         }
         Ok(())

@@ -10,6 +10,7 @@ use super::intervention::{Intervention, InterventionError, Place};
 use super::simulator::Simulator;
 use super::stage::Random;
 use crate::sim::build::graph::{Graph, Source};
+use crate::sim::error::WorldError;
 use crate::sim::real::{Real, Span};
 use crate::sim::words::nearest;
 
@@ -118,6 +119,8 @@ impl Changes {
                 }
             },
             Intervention::Release { at } => self.release(graph, at)?,
+            // It changes nothing in the graph. Only the world knows whether it is possible.
+            Intervention::World(_) => {}
             Intervention::Noise { at, scale } => {
                 if !scale.is_finite() || *scale < 0.0 {
                     return Err(InterventionError::BadNoise { scale: *scale });
@@ -304,6 +307,13 @@ impl Simulator {
     /// # Errors
     /// An [`InterventionError`] if a place does not exist, or a value does not fit. The run has not changed then.
     pub fn intervene(&mut self, what: &Intervention) -> Result<(), InterventionError> {
+        if let Intervention::World(wish) = what {
+            let none = || WorldError::new("this run has no world");
+            let world = self.world.as_mut().ok_or_else(none);
+            return world
+                .and_then(|world| world.intervene(wish))
+                .map_err(|error| InterventionError::World { reason: error.reason });
+        }
         let mut changes = self.changes.clone();
         changes.add(&self.graph, what)?;
         self.put_in_force(changes);

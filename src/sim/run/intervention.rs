@@ -1,6 +1,7 @@
 //! What can be changed in a run between two ticks, and how places in a graph are named.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use thiserror::Error;
 
 use crate::sim::build::graph::Graph;
@@ -65,6 +66,9 @@ pub enum Intervention {
         /// Factor, finite and at least 0.
         scale: Real,
     },
+    /// Changes the world ([`World::intervene`](crate::sim::World::intervene)), such as `{"world":{"remove":{"object":"part_0"}}}`.
+    /// What can be asked for is the world's own affair.
+    World(Value),
 }
 
 /// Why an intervention is not possible. The run has not changed.
@@ -126,6 +130,12 @@ pub enum InterventionError {
         /// Outputs that are clamped or silenced, the most similar first, at most 10.
         held: Vec<String>,
     },
+    /// A change that the world refuses, or a change of the world in a run without one.
+    #[error("{reason}")]
+    World {
+        /// The reason.
+        reason: String,
+    },
     /// An intervention for which the log of a live run has no room.
     #[error(
         "the log is full: it holds at most {most} interventions, with {most_values} values in all"
@@ -139,10 +149,11 @@ pub enum InterventionError {
 }
 
 impl Intervention {
-    /// Returns the number of its values.
+    /// Returns the number of its values; of a change of the world the length of its text.
     pub(crate) fn values(&self) -> usize {
         match self {
             Self::Clamp { values, .. } | Self::Set { values, .. } => values.len(),
+            Self::World(wish) => wish.to_string().len(),
             Self::Silence { .. } | Self::Release { .. } | Self::Noise { .. } => 0,
         }
     }

@@ -4,6 +4,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::sim::describe::builder::{GraphBuilder, Scope};
 use crate::sim::describe::draft::Body;
@@ -52,6 +53,15 @@ pub trait World: Send + Any {
     /// # Errors
     /// A [`WorldError`] if the world cannot be set up.
     fn reset(&mut self, seed: Seed) -> Result<(), WorldError>;
+
+    /// Lets somebody outside the run change the world between two ticks. What can be asked for is the world's own affair; the
+    /// same wish at the same tick must have the same effect.
+    ///
+    /// # Errors
+    /// A [`WorldError`] if the wish is refused; the world has not changed then. A world that does not override this method refuses all.
+    fn intervene(&mut self, _wish: &Value) -> Result<(), WorldError> {
+        Err(WorldError::new("this world cannot be changed from outside"))
+    }
 
     /// Saves everything needed to continue from this moment.
     ///

@@ -66,9 +66,19 @@ struct Compiler<'p> {
     /// The facts. Their ids are the indices.
     tests: Vec<Test>,
     index: BTreeMap<Test, StateId>,
-    /// Actions, each with its preconditions and the fact for which it was found. The first precondition is that an object
-    /// can be moved.
-    actions: BTreeMap<GroundAction, (Vec<StateId>, StateId)>,
+    /// Actions. The first precondition of each is that an object can be moved.
+    actions: BTreeMap<GroundAction, Found>,
+    /// The words of goals of one fact: those of their term.
+    goal_words: BTreeMap<StateId, String>,
+}
+
+/// What is found about an action.
+struct Found {
+    preconditions: Vec<StateId>,
+    /// The preconditions that are undecided needs, with the index of the need.
+    undecided: Vec<(StateId, usize)>,
+    /// The fact for which it was found.
+    to: StateId,
 }
 
 impl<'p> Compiler<'p> {
@@ -79,16 +89,26 @@ impl<'p> Compiler<'p> {
             tests: Vec::new(),
             index: BTreeMap::new(),
             actions: BTreeMap::new(),
+            goal_words: BTreeMap::new(),
         }
     }
 
     /// Walks backwards from the goal.
     fn compile(mut self) -> Result<GroundProblem, ProblemError> {
         let mut goals: Vec<StateId> = Vec::new();
-        for goal in self.problem.goal_tests() {
-            let goal = self.fact(goal.clone());
-            if !goals.contains(&goal) {
-                goals.push(goal);
+        let problem = self.problem;
+        for term in &problem.goals {
+            let tests = problem.tests_of(term);
+            let alone = tests.len() == 1;
+            for test in tests {
+                let goal = self.fact(test);
+                if alone {
+                    let words = || problem.domain.goal_in_words(term);
+                    self.goal_words.entry(goal).or_insert_with(words);
+                }
+                if !goals.contains(&goal) {
+                    goals.push(goal);
+                }
             }
         }
         let mut next = 0;
@@ -97,9 +117,8 @@ impl<'p> Compiler<'p> {
             if !test.given {
                 for action in self.causes(&test) {
                     if !self.actions.contains_key(&action) {
-                        let needs = self.needs(&action);
-                        let needs = needs.into_iter().map(|n| self.fact(n)).collect();
-                        self.actions.insert(action, (needs, StateId::new(next)));
+                        let found = self.found(&action, StateId::new(next));
+                        self.actions.insert(action, found);
                         self.check_size()?;
                     }
                 }
@@ -137,7 +156,8 @@ impl<'p> Compiler<'p> {
         let mut symbols = Symbols::new(self.problem);
         let mut fact_words = Vec::with_capacity(self.tests.len());
         let states = self.tests.iter().map(|test| {
-            let Name { symbol: name, words } = symbols.fact(test);
+            let told = self.goal_words.get(&StateId::new(fact_words.len()));
+            let Name { symbol: name, words } = symbols.fact(test, told);
             fact_words.push(words);
             let kind = test.of.first().map(|(s, _)| known.states[*s].kind.clone());
             State { name, kind: kind.unwrap_or_default() }
@@ -145,7 +165,7 @@ impl<'p> Compiler<'p> {
         let states: Vec<State> = states.collect();
         let mut action_words = Vec::with_capacity(actions.len());
         let operators = actions.iter().map(|action| {
-            let (preconditions, to) = &self.actions[*action];
+            let Found { preconditions, to, .. } = &self.actions[*action];
             let facts = || (0..self.tests.len()).map(StateId::new);
             let adds = |f: &StateId| {
                 let test = &self.tests[f.index()];
@@ -177,6 +197,7 @@ impl<'p> Compiler<'p> {
             fact_words,
             action_words,
             dropped: dropped.collect(),
+            undecided: actions.iter().map(|a| self.actions[*a].undecided.clone()).collect(),
             actions: actions.into_iter().cloned().collect(),
             tests: self.tests,
             goals,
@@ -418,10 +439,21 @@ impl<'p> Compiler<'p> {
         }
     }
 
-    /// Returns the preconditions of an action. The first is that an object can be moved.
-    fn needs(&self, action: &GroundAction) -> Vec<Test> {
+    /// Adds the preconditions of an action that was found for the fact `to`.
+    fn found(&mut self, action: &GroundAction, to: StateId) -> Found {
+        let mut found = Found { preconditions: Vec::new(), undecided: Vec::new(), to };
+        for (test, undecided) in self.needs(action) {
+            let fact = self.fact(test);
+            found.preconditions.push(fact);
+            found.undecided.extend(undecided.map(|need| (fact, need)));
+        }
+        found
+    }
+
+    /// Returns the preconditions of an action, undecided needs with their index. The first is that an object can be moved.
+    fn needs(&self, action: &GroundAction) -> Vec<(Test, Option<usize>)> {
         let operator = &self.problem.domain.operators[action.operator];
-        let mut needs = vec![action.source.clone()];
+        let mut needs = vec![(action.source.clone(), None)];
         let of = self.problem.excluded_by(operator.to, action.place);
         if !of.is_empty() {
             // An object that is turned in place, or put back, is not in its own way.
@@ -431,13 +463,14 @@ impl<'p> Compiler<'p> {
                 && of.iter().any(|(s, p)| {
                     source.of.iter().any(|(x, q)| x == s && q.is_none_or(|q| q == *p))
                 });
-            needs.push(Test {
+            let free = Test {
                 of: of.into_iter().map(|(s, p)| (s, Some(p))).collect(),
                 reference: Some(action.reference),
                 except: action.object.into_iter().collect(),
                 most: Some(usize::from(own)),
                 ..Test::of([]).none()
-            });
+            };
+            needs.push((free, None));
         }
         if let (Some(object), Some(reference)) = (action.object, action.reference) {
             let kinds = [object, reference].map(|i| &*self.problem.objects[i].kind);
@@ -446,17 +479,18 @@ impl<'p> Compiler<'p> {
             let of = Test::of(on.map(|(s, _)| s));
             if !of.of.is_empty() {
                 let at = Some(Some(object));
-                needs.push(Test { object: Some(reference), reference: at, ..of.none() });
+                needs.push((Test { object: Some(reference), reference: at, ..of.none() }, None));
             }
         }
         for (n, need) in operator.needs.iter().enumerate() {
             if self.counts(action.operator, n) {
-                needs.extend(self.need(action, need));
+                let undecided = (need.verdict == NeedVerdict::Undecided).then_some(n);
+                needs.extend(self.need(action, need).map(|test| (test, undecided)));
             }
         }
         // A need that asks for what the source says already would cost a fact.
         let mut seen = BTreeSet::new();
-        needs.retain(|t| seen.insert(t.clone()));
+        needs.retain(|(test, _)| seen.insert(test.clone()));
         needs
     }
 

@@ -41,6 +41,8 @@ pub struct GroundProblem {
     /// The facts of each term of the goal, in order.
     pub(super) goals: Vec<StateId>,
     pub(super) dropped: BTreeSet<(usize, usize)>,
+    /// For each action its preconditions that are undecided needs, with the index of the need.
+    pub(super) undecided: Vec<Vec<(StateId, usize)>>,
     pub(super) exclusions: Vec<[StateId; 2]>,
 }
 
@@ -122,6 +124,14 @@ impl GroundProblem {
     /// There may be more such pairs.
     pub fn exclusions(&self) -> &[[StateId; 2]] {
         &self.exclusions
+    }
+
+    /// Returns the preconditions of an action that are undecided needs of its operator: each as a fact, and the index of the need.
+    ///
+    /// # Panics
+    /// If the action is not one of [`GroundProblem::domain`].
+    pub fn undecided(&self, action: ActionId) -> &[(StateId, usize)] {
+        &self.undecided[action.index()]
     }
 
     /// Returns the facts that hold in a situation.

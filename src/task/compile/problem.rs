@@ -288,13 +288,8 @@ impl<'d> Problem<'d> {
         self.goal_tests.iter().map(|test| test.lacking(situation)).sum()
     }
 
-    /// Returns the tests of the terms of the goal, in order.
-    pub(super) fn goal_tests(&self) -> &[Test] {
-        &self.goal_tests
-    }
-
     /// Returns the tests of a term of the goal.
-    fn tests_of(&self, goal: &GoalTerm) -> Vec<Test> {
+    pub(super) fn tests_of(&self, goal: &GoalTerm) -> Vec<Test> {
         let state = &self.domain.states[goal.state];
         let one = Test::of([goal.state]);
         match goal.quantity {

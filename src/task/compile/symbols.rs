@@ -117,8 +117,8 @@ impl<'p> Symbols<'p> {
         }
     }
 
-    /// Returns a name for a fact.
-    pub fn fact(&mut self, test: &Test) -> Name {
+    /// Returns a name for a fact, in the words `told` if there are some.
+    pub fn fact(&mut self, test: &Test, told: Option<&String>) -> Name {
         let states = &self.problem.domain.states;
         let mut parts: Vec<Factor> = Vec::new();
         let places: BTreeSet<usize> = test.of.iter().filter_map(|(_, p)| *p).collect();
@@ -156,7 +156,8 @@ impl<'p> Symbols<'p> {
         if test.given {
             parts.push(Factor { part: Part::Symbol, filler: "IN_THE_WAY".into() });
         }
-        let own = self.take(self.fact_symbol(test, &places), self.fact_words(test));
+        let words = told.cloned().unwrap_or_else(|| self.fact_words(test));
+        let own = self.take(self.fact_symbol(test, &places), words);
         self.factors.insert(own.symbol.clone(), parts);
         own
     }

@@ -45,9 +45,49 @@ pub struct Decided {
     /// Names of the action's preconditions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub needs: Vec<String>,
+    /// Those of the preconditions that are undecided: they held before the demonstrated moves, perhaps by chance.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undecided: Vec<Undecided>,
     /// Names of the action's effects: what holds after it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gives: Vec<String>,
+    /// Where the part was at the look after the skill; `None` before that look, for a recovery that is not the decided action, and
+    /// in older traces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub landed: Option<Landed>,
+}
+
+/// A precondition that is an undecided need.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Undecided {
+    /// Name of the fact.
+    pub fact: String,
+    /// Number of demonstrated moves before which it held.
+    pub held: usize,
+    /// Number of these moves.
+    pub of: usize,
+}
+
+/// Where a part was at the look after the skill that moved it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Landed {
+    /// Whether the part is in the state that the action leads to, at the chosen reference.
+    pub as_planned: bool,
+    /// Name of the state in which the part is; `None` if it is in none.
+    pub state: Option<String>,
+    /// Where the part is: a statement such as `cup 0 is in the drawer`, or which state it nearly is in.
+    pub words: String,
+    /// Distance from the target, in millimetres; `None` if the part is out of sight.
+    pub off_mm: Option<f64>,
+}
+
+impl fmt::Display for Landed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.off_mm {
+            Some(off_mm) => write!(f, "{}; {off_mm:.1} mm from its target", self.words),
+            None => f.write_str(&self.words),
+        }
+    }
 }
 
 /// A part in no state, and the nearest state.
@@ -117,6 +157,16 @@ impl Decided {
         self.skill.map(|skill| skill.outcome)
     }
 
+    /// Returns what came of the skill in a few words: `placed`, `off its place` for a part that is not where the action was to
+    /// bring it, or why the skill failed; `None` as for [`outcome`](Self::outcome).
+    pub fn came_in_words(&self) -> Option<String> {
+        let off = self.landed.as_ref().is_some_and(|landed| !landed.as_planned);
+        self.outcome().map(|outcome| match outcome {
+            SkillOutcome::Placed if off => "off its place".into(),
+            outcome => outcome.to_string(),
+        })
+    }
+
     /// Returns in words what the robot does: the action, or the recovery that it carries out instead; `None` if neither is
     /// known.
     pub fn done_in_words(&self) -> Option<String> {
@@ -149,6 +199,37 @@ impl Touched {
             Touch::Contact(part) => Self { t, part, contact: true },
             Touch::Release(part) => Self { t, part, contact: false },
         }
+    }
+}
+
+/// A body of the scene that another hand than the robot's moved or took away.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Displaced {
+    /// Simulated time, in seconds.
+    pub t: f64,
+    /// Id of the part, or name of the movable fixture.
+    pub object: String,
+    /// What happened, as a sentence without a full stop.
+    pub words: String,
+    /// Pose before.
+    pub from: Pose,
+    /// Pose afterwards; `None` if the part was taken away.
+    pub to: Option<Pose>,
+}
+
+impl Displaced {
+    /// Describes that a body, called `name` by people, was moved at time `t`, or taken away.
+    pub fn new(t: f64, object: &str, name: &str, from: Pose, to: Option<Pose>) -> Self {
+        // Adding 0 leaves no minus before a zero.
+        let at = |pose: &Pose| {
+            pose.position.map(|m| format!("{:.0}", (1e3 * m).round() + 0.0)).join(", ")
+        };
+        let what = match &to {
+            Some(to) => format!("moved {name} from ({}) to ({}) mm", at(&from), at(to)),
+            None => format!("took {name} away from ({}) mm", at(&from)),
+        };
+        let words = format!("another hand, not the robot, {what}");
+        Self { t, object: object.into(), words, from, to }
     }
 }
 
@@ -204,8 +285,9 @@ pub struct EpisodeReport {
     /// Ids of the parts that fell off the table.
     #[serde(default)]
     pub lost: Vec<String>,
-    /// Whether the requested perturbation was carried out.
-    pub perturbed: bool,
+    /// What another hand moved or took away.
+    #[serde(default)]
+    pub displaced: Vec<Displaced>,
     /// Number of physics steps.
     pub steps: u64,
     /// Simulated duration, in seconds.
@@ -224,7 +306,7 @@ impl EpisodeReport {
             in_no_state: 0,
             unexplained: 0,
             lost: Vec::new(),
-            perturbed: false,
+            displaced: Vec::new(),
             steps: 0,
             simulated_s: 0.0,
         }
@@ -233,6 +315,11 @@ impl EpisodeReport {
     /// Returns the reports of all finished skills, in order.
     pub fn skills(&self) -> impl Iterator<Item = &SkillReport> {
         self.decisions.iter().filter_map(|d| d.skill.as_ref())
+    }
+
+    /// Returns whether another hand has changed the scene.
+    pub fn perturbed(&self) -> bool {
+        !self.displaced.is_empty()
     }
 
     /// Returns the number of drops: skills that lost their part while carrying it.

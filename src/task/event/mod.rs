@@ -29,7 +29,9 @@ use crate::robot::SkillReport;
 use crate::robot::scene::SceneFrame;
 use crate::sim::SimView;
 
-pub use episode::{Chosen, Decided, Ended, EpisodeReport, InNoState, Touched};
+pub use episode::{
+    Chosen, Decided, Displaced, Ended, EpisodeReport, InNoState, Landed, Touched, Undecided,
+};
 pub use recovery::{Recovery, RecoveryKind};
 
 /// An event. Times are in simulated seconds, counted from the moment at which the parts have settled on the table.

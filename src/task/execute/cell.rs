@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::model::Seen;
 use super::senses::Eyes;
+use crate::robot::Pose;
 use crate::robot::scene::{BodyId, Scene, Sensed};
 use crate::robot::skill::{Grasp, Push, Robot, Stepped, Target};
 use crate::sim::Seed;
 use crate::task::recording::Sensing;
-use crate::task::tasks::Perturbation;
 
 /// A robot with its eyes, in a scene.
 #[derive(Serialize, Deserialize)]
@@ -64,20 +64,21 @@ impl Cell {
         self.robot.step_by(&mut self.scene, &self.eyes.percept)
     }
 
-    /// Lets a person change the scene, if the time has come, the robot does not handle the body and the place is free.
-    /// Returns whether the scene has changed.
-    pub fn perturb(&mut self, perturbation: &Perturbation) -> bool {
-        let Perturbation { at_s, body, pose } = *perturbation;
+    /// Returns whether the robot does not handle a body, or a part in it.
+    pub fn is_free(&self, body: BodyId) -> bool {
         let handled = |part: usize| match body {
             BodyId::Part(own) => own == part,
             BodyId::Fixture(fixture) => self.scene.carried(fixture).contains(&part),
         };
-        let possible = self.scene.time_s() >= at_s
-            && !self.robot.part().is_some_and(handled)
-            && self.scene.room_for(body, &pose);
-        if possible {
-            self.scene.displace(body, &pose);
+        !self.robot.part().is_some_and(handled)
+    }
+
+    /// Puts a body into a pose without the robot; without a pose, takes a part away.
+    pub fn put(&mut self, body: BodyId, to: Option<&Pose>) {
+        match (to, body) {
+            (Some(pose), _) => self.scene.displace(body, pose),
+            (None, BodyId::Part(part)) => self.scene.take_away(part),
+            (None, BodyId::Fixture(_)) => {}
         }
-        possible
     }
 }

@@ -107,8 +107,11 @@ impl Live {
     }
 
     pub fn step(&mut self, tools: &Tools<'_>, command: &[Real]) {
-        if let Some(perturbation) = tools.spec.perturbation.filter(|_| !self.perturbed) {
-            self.perturbed = self.cell.perturb(&perturbation);
+        if let Some(perturbation) = tools.spec.perturbation.filter(|_| !self.perturbed)
+            && let Some(displaced) = self.cell.perturb(&perturbation)
+        {
+            self.perturbed = true;
+            self.log.displaced.push(displaced);
         }
         match self.phase.clone() {
             Phase::Rest { left: 0 } | Phase::Recognise { left: 0 } => self.look(tools),
@@ -145,6 +148,14 @@ impl Live {
     fn look(&mut self, tools: &Tools<'_>) {
         let seen = self.cell.look();
         let belief = tools.model.look(&seen, &mut self.memory);
+        if let (Some(decided), Some(layout)) = (self.log.decisions.last_mut(), &self.memory)
+            && decided.skill.is_some()
+            && decided.landed.is_none()
+            && !decided.is_detour()
+        {
+            let chosen = decided.chosen.as_ref();
+            decided.landed = chosen.and_then(|chosen| tools.model.landed(chosen, layout));
+        }
         let (sensed, memory) = (self.cell.sensed(), self.memory.as_ref());
         self.attempts.settle(|attempt| match attempt.detour {
             true => sensed.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
@@ -210,7 +221,12 @@ impl Live {
             action: action.map(|operator| operator.name.clone()),
             unmet: names(&unmet),
             needs: action.map_or_else(Vec::new, |operator| names(&operator.preconditions)),
+            undecided: match verdict {
+                Verdict::Act(action) => tools.model.undecided(action),
+                _ => Vec::new(),
+            },
             gives: action.map_or_else(Vec::new, |operator| names(&operator.effects)),
+            landed: None,
             words: match verdict {
                 Verdict::Act(action) => Some(tools.model.ground.action_in_words(action).into()),
                 _ => None,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::robot::SkillReport;
 use crate::robot::scene::SceneFrame;
-use crate::task::event::{Decided, Touched};
+use crate::task::event::{Decided, Displaced, Touched};
 
 /// What has happened so far.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -14,6 +14,7 @@ pub(super) struct Log {
     pub in_no_state: usize,
     pub unexplained: usize,
     pub touches: Vec<Touched>,
+    pub displaced: Vec<Displaced>,
     pub frames: Vec<SceneFrame>,
 }
 
@@ -24,6 +25,7 @@ impl Log {
         in_no_state: 0,
         unexplained: 0,
         touches: Vec::new(),
+        displaced: Vec::new(),
         frames: Vec::new(),
     };
 

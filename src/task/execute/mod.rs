@@ -75,6 +75,7 @@ mod cell;
 mod demonstrate;
 mod episode;
 mod guess;
+mod hand;
 mod live;
 mod log;
 mod model;

@@ -12,9 +12,9 @@ use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
 use crate::task::classify::{Classifier, Layout};
 use crate::task::compile::{GroundProblem, Move, Problem, TargetPose};
-use crate::task::domain::{RelationalDomain, Situation, Turn};
+use crate::task::domain::{Fact, RelationalDomain, Situation, Turn};
 use crate::task::error::TaskError;
-use crate::task::event::{Chosen, InNoState};
+use crate::task::event::{Chosen, InNoState, Landed, Undecided};
 use crate::task::planner::Decider;
 use crate::task::propositional::{ActionId, StateId, WorldState};
 use crate::task::recording::{ObjectPose, Snapshot};
@@ -279,15 +279,60 @@ impl TaskModel {
 
     /// Returns whether an attempt that placed its part achieved the intended state.
     pub fn took_effect(&self, what: &Intent, layout: Option<&Layout>) -> bool {
-        let Some(operator) = self.domain.operators.iter().find(|o| o.name == what.action) else {
-            return true;
-        };
         let own = self.objects.iter().position(|(_, part)| *part == Some(what.part));
         let fact = own.and_then(|own| layout?.located.get(own)?.fact);
+        self.is_effect(&what.action, fact, what.reference.as_deref())
+    }
+
+    /// Returns whether an action leads to a fact at a reference.
+    fn is_effect(&self, action: &str, fact: Option<Fact>, reference: Option<&str>) -> bool {
+        let Some(operator) = self.domain.operators.iter().find(|o| o.name == action) else {
+            return true;
+        };
         fact.is_some_and(|fact| {
             let id = fact.reference.map(|r| &*self.objects[r].0.id);
-            fact.state == operator.to && id == what.reference.as_deref()
+            fact.state == operator.to && id == reference
         })
+    }
+
+    /// Returns where the part of a move is; `None` if it is not known.
+    pub fn landed(&self, chosen: &Chosen, layout: &Layout) -> Option<Landed> {
+        let own = layout.objects.iter().position(|object| *object.id == *chosen.object)?;
+        let (pose, located) = (&layout.objects[own].pose, layout.located.get(own)?);
+        let in_words = |fact: &Fact| layout.fact_in_words(&self.domain, own, fact);
+        let words = match (&located.fact, &located.miss) {
+            (Some(fact), _) => in_words(fact),
+            (None, Some(miss)) => {
+                let nearest = &self.domain.states[miss.nearest.state].name;
+                let words = in_words(&miss.nearest);
+                InNoState::new(&chosen.object, nearest, &miss.offset, words).to_string()
+            }
+            (None, None) => "out of sight".into(),
+        };
+        let seen = located.fact.is_some() || located.miss.is_some();
+        let off_m = pose.position.iter().zip(&chosen.target.position);
+        let off_m = off_m.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        Some(Landed {
+            as_planned: self.is_effect(&chosen.operator, located.fact, chosen.reference.as_deref()),
+            state: located.fact.map(|fact| self.domain.states[fact.state].name.clone()),
+            words,
+            // To the nearest micrometre: the number is for people, and is written and read as text.
+            off_mm: seen.then(|| (1e6 * off_m).round() / 1e3),
+        })
+    }
+
+    /// Returns the preconditions of an action that are undecided needs, and how often they held.
+    pub fn undecided(&self, action: ActionId) -> Vec<Undecided> {
+        let needs = &self.domain.operators[self.ground.operator(action)].needs;
+        let own = self.ground.undecided(action).iter();
+        let own = own.map(|(fact, need)| {
+            let need = &needs[*need];
+            let held =
+                if need.is_positive() { need.held } else { need.of - need.held.min(need.of) };
+            let fact = self.ground.domain()[*fact].name.clone();
+            Undecided { fact, held, of: need.of }
+        });
+        own.collect()
     }
 
     /// Returns the parts whose states forbid a fact, and those that are in a state of the goal at a reference out of place,

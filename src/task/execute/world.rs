@@ -5,6 +5,8 @@ use std::any::Any;
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde_json::Value;
+
 use super::EpisodeSpec;
 use super::cell::Cell;
 use super::episode::ended_in_words;
@@ -118,7 +120,7 @@ impl EpisodeWorld {
             in_no_state: log.in_no_state,
             unexplained: log.unexplained,
             lost: self.live.as_ref().map_or_else(Vec::new, Live::lost),
-            perturbed: self.live.as_ref().is_some_and(|live| live.perturbed),
+            displaced: log.displaced.clone(),
             steps: scene.map_or(0, |s| s.steps()),
             simulated_s: scene.map_or(0.0, |s| s.time_s()),
         };
@@ -233,6 +235,19 @@ impl World for EpisodeWorld {
         }
         let scene = Scene::new(self.spec.task.scene(seed).map_err(fault)?).map_err(fault)?;
         self.live = Some(self.fresh(Cell::new(scene, self.spec.sensing, seed), seed));
+        Ok(())
+    }
+
+    /// Another hand moves a body or takes a part away: `{"move":{"object":"part_0","position":[0.4,0.1,0.02]}}`, with an
+    /// `orientation` if it is to be another, or `{"remove":{"object":"part_0"}}`. Refused where there is no room, and while the
+    /// robot handles the body.
+    fn intervene(&mut self, wish: &Value) -> Result<(), WorldError> {
+        let Some(live) = self.live.as_mut().filter(|live| !matches!(live.phase, Phase::Over(_)))
+        else {
+            return Err(WorldError::new("the episode is not running"));
+        };
+        let displaced = live.cell.grant(wish).map_err(WorldError::new)?;
+        live.log.displaced.push(displaced);
         Ok(())
     }
 

@@ -99,7 +99,8 @@ impl fmt::Display for Remark {
                 1e3 * off_m
             ),
             Self::DemonstrationsDiffer { kind, reference, demos, off_m } => {
-                let demos: Vec<String> = demos.iter().map(u64::to_string).collect();
+                // People count from 1, files from 0.
+                let demos: Vec<String> = demos.iter().map(|demo| (demo + 1).to_string()).collect();
                 let what =
                     kind.as_ref().map_or("all that".into(), |kind| format!("a `{kind}` that"));
                 let at = reference.as_ref().map_or(String::new(), |kind| format!(" at `{kind}`"));
@@ -123,7 +124,8 @@ impl fmt::Display for Remark {
                 let why = if *lacks { "lacks it" } else { "is an exception" };
                 write!(
                     f,
-                    "`{attribute}` would divide `{kind}`, but `{id}` in demonstration {demo} {why}"
+                    "`{attribute}` would divide `{kind}`, but `{id}` in demonstration {} {why}",
+                    demo + 1
                 )?;
                 if *more > 0 { write!(f, ", and so do {more} other objects") } else { Ok(()) }
             }
