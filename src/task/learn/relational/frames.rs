@@ -230,7 +230,8 @@ impl<'m, 'r> Frames<'m, 'r> {
         let noise = &self.motion.noise;
         // Of several looks, a rest has the median.
         let looks = |rest: &Rest| (std::f64::consts::FRAC_PI_2 / rest.seen as f64).min(1.0);
-        let mut variance = looks(own) * noise.position_m.powi(2);
+        // In units of the variance of one look.
+        let mut seen = looks(own);
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
@@ -239,7 +240,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             let there = &self.motion.rests[begin].pose;
             far = there.distance(&own.pose);
             // Not the error by the angle of the reference, which grows with distance: it would speak for what is far.
-            variance += looks(&self.motion.rests[begin]) * noise.position_m.powi(2);
+            seen += looks(&self.motion.rests[begin]);
             crowded = f64::from(self.is_crowded(rest, far));
             // What was put beside something that moves belongs to it less than what was put onto it.
             if let Some(up) = self.up.filter(|_| self.moves[frame - 1]) {
@@ -267,7 +268,9 @@ impl<'m, 'r> Frames<'m, 'r> {
             far,
             crowded,
             found: f64::from(own.came == Came::Found),
-            noise: variance,
+            noise: seen * noise.position_m.powi(2),
+            noise_rad: seen * noise.angle_rad.powi(2),
+            explained_rad: 0.0,
         })
     }
 }
