@@ -257,3 +257,25 @@ fn what_is_far_from_its_reference_keeps_its_state_in_noise() {
     assert!(there >= 49, "{there} of 50 are in place");
     assert_eq!(aside, 0, "10 cm aside is not in place");
 }
+
+#[test]
+fn what_a_hand_put_down_is_not_where_the_hand_is() {
+    for seed in 0..5 {
+        let mut draw = Draw(9000 + seed);
+        let demo = |_| {
+            let socket = draw.fixture(0.0);
+            let peg = on(&socket, &flat(0.05, 0.0, 0.02, draw.yaw()));
+            let hand = on(&peg, &at([0.0, 0.0, 0.1], 0.0, 180.0));
+            let home = flat(-0.4, 0.5, 0.4, 0.0);
+            let all = [("socket", socket), ("hand", home), ("peg", draw.lying(0.03))];
+            let mut shown = shown(objects(&all), &[(2, peg)]);
+            // The hand is seen where it let go.
+            let released = shown.snapshots.len() - 2;
+            shown.snapshots[released..].iter_mut().for_each(|s| s.objects[1].pose = hand);
+            shown
+        };
+        let domain = learned(&recording((0..5).map(demo)));
+        let frames: Vec<&str> = put(&domain, "peg").iter().map(|s| s.frame.name()).collect();
+        assert_eq!(frames, ["socket"], "seed {seed}");
+    }
+}

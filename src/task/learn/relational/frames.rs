@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::likelihood::{Spread, Sums};
 use super::motion::{Came, Motion, Rest, vertical, widths};
+use super::places::NUDGED;
 use crate::robot::Pose;
 use crate::task::domain::relative;
 
@@ -193,6 +194,23 @@ impl<'m, 'r> Frames<'m, 'r> {
         Some(relative(&there.pose, &own.pose))
     }
 
+    /// Returns whether something came along with an object that was put somewhere, such as the hand that carried it, and was not
+    /// only nudged. The object was not put onto that.
+    fn came_along(&self, rest: usize, other: usize) -> bool {
+        let (motion, own) = (self.motion, &self.motion.rests[rest]);
+        let (Came::Placed(attempt), Came::Carried) = (own.came, motion.rests[other].came) else {
+            return false;
+        };
+        let moved = |rest: usize| {
+            let before = &motion.rests[motion.previous(rest)?];
+            Some(before.pose.distance(&motion.rests[rest].pose))
+        };
+        let since = motion.attempts[attempt].before;
+        motion.rests[other].first > since
+            && motion.rests[other].first <= own.first
+            && moved(other).zip(moved(rest)).is_some_and(|(other, own)| other > NUDGED * own)
+    }
+
     /// Returns whether another object that moves is clearly nearer to a rest than `far`.
     fn is_crowded(&self, rest: usize, far: f64) -> bool {
         let own = &self.motion.rests[rest];
@@ -237,6 +255,9 @@ impl<'m, 'r> Frames<'m, 'r> {
             choices = of;
             // A frame is refused if its object leaves while the rest lasts.
             let begin = self.rest_during(rest, track)?;
+            if self.came_along(rest, begin) {
+                return None;
+            }
             let there = &self.motion.rests[begin].pose;
             far = there.distance(&own.pose);
             // Not the error by the angle of the reference, which grows with distance: it would speak for what is far.

@@ -15,7 +15,7 @@ const COMMON: (f64, f64) = (8.0, 3.0);
 const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
-const NUDGED: f64 = 0.1;
+pub(super) const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
 /// Evidence for tight places in which poses coincide, in nats.
