@@ -60,6 +60,7 @@ mod second_task;
 mod sensed;
 mod sensing;
 mod settings_and_outlines;
+mod several_places;
 mod stack_planner;
 mod statistics;
 mod strangers;

@@ -27,10 +27,10 @@ fn scene(name: &str) -> Snapshot {
 }
 
 /// Uniform numbers of a seed.
-struct Draw(u64);
+pub(super) struct Draw(pub u64);
 
 impl Draw {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
@@ -44,13 +44,17 @@ impl Draw {
 
 /// Shows one demonstration: objects as kind and position, and moves as object and new position.
 fn show(objects: &[(&str, [f64; 3])], moves: &[(usize, [f64; 3])]) -> Demonstration {
-    let mut objects: Vec<ObjectPose> = (objects.iter().enumerate())
-        .map(|(i, (kind, at))| ObjectPose {
-            id: format!("{kind}_{i}").into(),
-            kind: Arc::from(*kind),
-            pose: Pose::at(*at),
-        })
-        .collect();
+    let named = objects.iter().enumerate().map(|(i, (kind, at))| ObjectPose {
+        id: format!("{kind}_{i}").into(),
+        kind: Arc::from(*kind),
+        pose: Pose::at(*at),
+    });
+    let moves: Vec<(usize, Pose)> = moves.iter().map(|(i, at)| (*i, Pose::at(*at))).collect();
+    shown(named.collect(), &moves)
+}
+
+/// Shows one demonstration: moves as object and new pose.
+pub(super) fn shown(mut objects: Vec<ObjectPose>, moves: &[(usize, Pose)]) -> Demonstration {
     let mut snapshots = Vec::new();
     let mut snap = |event, object, objects: &[ObjectPose]| {
         let (number, objects) = (snapshots.len() as u64, objects.to_vec());
@@ -58,16 +62,16 @@ fn show(objects: &[(&str, [f64; 3])], moves: &[(usize, [f64; 3])]) -> Demonstrat
         snapshots.push(Snapshot { number, event, object, objects, ..Snapshot::default() });
     };
     snap(SnapshotEvent::Start, None, &objects);
-    for (object, at) in moves {
+    for (object, pose) in moves {
         snap(SnapshotEvent::Contact, Some(*object), &objects);
-        objects[*object].pose = Pose::at(*at);
+        objects[*object].pose = *pose;
         snap(SnapshotEvent::Release, Some(*object), &objects);
     }
     snap(SnapshotEvent::End, None, &objects);
     Demonstration { number: 0, snapshots }
 }
 
-fn recording(demos: impl Iterator<Item = Demonstration>) -> Recording {
+pub(super) fn recording(demos: impl Iterator<Item = Demonstration>) -> Recording {
     let number =
         |(number, demo): (usize, Demonstration)| Demonstration { number: number as u64, ..demo };
     Recording { demos: demos.enumerate().map(number).collect() }

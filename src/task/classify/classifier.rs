@@ -85,8 +85,8 @@ impl ClassifierRule {
 /// play^2 + noise^2 + (1 + 1/n) (prior^2 + (n - 1) s^2) / n
 /// ```
 ///
-/// Here `n` is the number of distinct poses and `s` their standard deviation. The last term is widened for two to thirteen
-/// poses, whose spread is uncertain: of the poses that belong to a place, 1 in 5,000 is left out in each direction. At the limit of 5, with exact poses and
+/// In the frame of an object, the noise of its orientation adds its share, which grows with the distance. Here `n` is the
+/// number of distinct poses and `s` their standard deviation. The last term is widened for two to thirteen poses, whose spread is uncertain: of the poses that belong to a place, 1 in 5,000 is left out in each direction. At the limit of 5, with exact poses and
 /// demonstrations that agree within micrometres, this accepts 1 mm in height, 3 mm sideways and a tilt of 3 degrees.
 /// After a single demonstration, it accepts 1.7 mm, 8 mm and 7 degrees. The vertical is the coordinate in which objects that lie anywhere agree; if no state shows it, the axis
 /// that [`FrameState::turn`] fixes.
@@ -386,13 +386,18 @@ impl Classifier {
         let (mut squares, mut density) = (0.0, 0.0);
         let mut tight = Vec::new();
         let mut deviation = Vector3::zeros();
+        // An error of the angle of the reference moves what is far from it.
+        let framed = state.frame != Frame::World;
+        let arm =
+            if framed { self.noise_rad * Vector3::from(pose.position) } else { Vector3::zeros() };
         let in_area =
             state.origin == Origin::Found && place.coordinates.iter().any(|c| c.is_open());
         for (i, coordinate) in place.coordinates.iter().enumerate() {
             let x = pose.position[i];
             match *coordinate {
                 Coordinate::Tight { mean, sd } => {
-                    let spread = self.spread((state, place, gaps), (i, sd), up);
+                    let swing = (arm.norm_squared() - arm[i] * arm[i]).max(0.0).sqrt();
+                    let spread = self.spread((state, place, gaps), (i, sd), up).hypot(swing);
                     deviation[i] = x - mean;
                     let z = deviation[i] / spread;
                     tight.push(z);
@@ -402,7 +407,8 @@ impl Classifier {
                         -(spread.ln() + 0.919 + 0.5 * z * z)
                     };
                     // What was found in an area may have been put there as carefully as what was put elsewhere.
-                    let careful = in_area.then(|| log(self.careful(place, sd, (i, up))));
+                    let careful =
+                        in_area.then(|| log(self.careful(place, sd, (i, up)).hypot(swing)));
                     density += careful.map_or(log(spread), |careful| careful.max(log(spread)));
                 }
                 Coordinate::Open { low, high } => {
@@ -417,7 +423,7 @@ impl Classifier {
                     let certain = 2.0 + (place.count as f64).ln_1p();
                     density -= range.ln() + certain * (10.0 * beyond).min(1.0) + 2.0 * beyond;
                     // Beside an object, a place has an end; on the table, demonstrations seldom show all of it.
-                    if state.frame != Frame::World {
+                    if framed {
                         deviation[i] = (x - high).max(0.0) - (low - x).max(0.0);
                         let z = (beyond - 0.25).max(0.0) * 20.0;
                         squares += z * z;

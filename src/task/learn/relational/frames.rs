@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::likelihood::{Spread, Sums};
 use super::motion::{Came, Motion, Rest, vertical, widths};
+use super::places::NUDGED;
 use crate::robot::Pose;
 use crate::task::domain::relative;
 
@@ -193,6 +194,23 @@ impl<'m, 'r> Frames<'m, 'r> {
         Some(relative(&there.pose, &own.pose))
     }
 
+    /// Returns whether something came along with an object that was put somewhere, such as the hand that carried it, and was not
+    /// only nudged. The object was not put onto that.
+    fn came_along(&self, rest: usize, other: usize) -> bool {
+        let (motion, own) = (self.motion, &self.motion.rests[rest]);
+        let (Came::Placed(attempt), Came::Carried) = (own.came, motion.rests[other].came) else {
+            return false;
+        };
+        let moved = |rest: usize| {
+            let before = &motion.rests[motion.previous(rest)?];
+            Some(before.pose.distance(&motion.rests[rest].pose))
+        };
+        let since = motion.attempts[attempt].before;
+        motion.rests[other].first > since
+            && motion.rests[other].first <= own.first
+            && moved(other).zip(moved(rest)).is_some_and(|(other, own)| other > NUDGED * own)
+    }
+
     /// Returns whether another object that moves is clearly nearer to a rest than `far`.
     fn is_crowded(&self, rest: usize, far: f64) -> bool {
         let own = &self.motion.rests[rest];
@@ -230,16 +248,20 @@ impl<'m, 'r> Frames<'m, 'r> {
         let noise = &self.motion.noise;
         // Of several looks, a rest has the median.
         let looks = |rest: &Rest| (std::f64::consts::FRAC_PI_2 / rest.seen as f64).min(1.0);
-        let mut variance = looks(own) * noise.position_m.powi(2);
+        // In units of the variance of one look.
+        let mut seen = looks(own);
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
             // A frame is refused if its object leaves while the rest lasts.
             let begin = self.rest_during(rest, track)?;
+            if self.came_along(rest, begin) {
+                return None;
+            }
             let there = &self.motion.rests[begin].pose;
             far = there.distance(&own.pose);
             // Not the error by the angle of the reference, which grows with distance: it would speak for what is far.
-            variance += looks(&self.motion.rests[begin]) * noise.position_m.powi(2);
+            seen += looks(&self.motion.rests[begin]);
             crowded = f64::from(self.is_crowded(rest, far));
             // What was put beside something that moves belongs to it less than what was put onto it.
             if let Some(up) = self.up.filter(|_| self.moves[frame - 1]) {
@@ -267,7 +289,9 @@ impl<'m, 'r> Frames<'m, 'r> {
             far,
             crowded,
             found: f64::from(own.came == Came::Found),
-            noise: variance,
+            noise: seen * noise.position_m.powi(2),
+            noise_rad: seen * noise.angle_rad.powi(2),
+            explained_rad: 0.0,
         })
     }
 }

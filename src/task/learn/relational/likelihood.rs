@@ -60,7 +60,8 @@ impl Spread {
         }
     }
 
-    fn squares(&self, n: usize) -> f64 {
+    /// Sum of the squared deviations of `n` values from their mean.
+    pub fn squares(&self, n: usize) -> f64 {
         self.square - self.sum * self.sum / n as f64
     }
 }
@@ -80,18 +81,23 @@ pub(super) struct Sums {
     pub found: f64,
     /// Sum of the variances of a coordinate by noise of sensing, of the object and of its reference, in square metres.
     pub noise: f64,
+    /// The same of an angle about one axis, in square radians.
+    pub noise_rad: f64,
+    /// Share of the squared angles about each axis that noise may explain, in square radians; 0 unless it is left out.
+    pub explained_rad: f64,
 }
 
 impl Sums {
-    /// Leaves out the scatter of `n` positions that noise may explain. What was seen with noise scatters more in the frame of
+    /// Leaves out the scatter of `n` poses that noise may explain. What was seen with noise scatters more in the frame of
     /// something that was seen with noise, too, which says nothing about where it belongs.
     pub fn without_noise(&self, n: usize) -> Self {
-        let explained = NOISE * self.noise * n.saturating_sub(1) as f64 / n as f64;
+        let share = NOISE * n.saturating_sub(1) as f64 / n as f64;
+        let explained = share * self.noise;
         let position = self.position.map(|spread| Spread {
             square: spread.square - explained.min(spread.squares(n)),
             ..spread
         });
-        Self { position, ..self.clone() }
+        Self { position, explained_rad: share * self.noise_rad, ..self.clone() }
     }
 
     pub fn add(&self, other: &Self) -> Self {
@@ -103,6 +109,8 @@ impl Sums {
             crowded: self.crowded + other.crowded,
             found: self.found + other.found,
             noise: self.noise + other.noise,
+            noise_rad: self.noise_rad + other.noise_rad,
+            explained_rad: self.explained_rad + other.explained_rad,
         }
     }
 }
@@ -191,14 +199,14 @@ impl Likelihood {
     }
 
     /// Log marginal likelihoods of the orientations, relative to uniform ones: free, about one axis, full. Each has
-    /// its prior of 1/3.
-    pub fn turn(&self, n: usize, turn: &Matrix3<f64>) -> [f64; 3] {
+    /// its prior of 1/3. `explained` is the sum of the squared angles about each axis that does not count.
+    pub fn turn(&self, n: usize, turn: &Matrix3<f64>, explained: f64) -> [f64; 3] {
         let third = 3f64.ln();
         if n < 2 {
             return [-third; 3];
         }
-        let about = about(n, turn);
-        let all = overall(n, turn);
+        let about = about(n, turn).map(|squares| (squares - 2.0 * explained).max(0.0));
+        let all = (overall(n, turn) - 3.0 * explained).max(0.0);
         let coordinate = |n: usize, squares: f64, extent: f64| {
             self.tight(n, squares, extent, self.scale_rad) + n as f64 * extent.ln()
         };
@@ -216,10 +224,15 @@ impl Likelihood {
             total += log_add(tight, open);
         }
         if self.turns {
-            let [free, axis, full] = self.turn(n, &sums.turn);
-            total += log_add(log_add(free, axis), full);
+            total += self.orientation(n, sums);
         }
         total
+    }
+
+    /// Log marginal likelihood of `n` orientations, relative to uniform ones.
+    pub fn orientation(&self, n: usize, sums: &Sums) -> f64 {
+        let [free, axis, full] = self.turn(n, &sums.turn, sums.explained_rad);
+        log_add(log_add(free, axis), full)
     }
 }
 

@@ -138,7 +138,7 @@ fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
         let sum: Matrix3<f64> =
             poses.iter().map(|p| *p.rotation().to_rotation_matrix().matrix()).sum();
         let n = poses.len();
-        logs.iter_mut().zip(likelihood.turn(n, &sum)).for_each(|(a, b)| *a += b);
+        logs.iter_mut().zip(likelihood.turn(n, &sum, 0.0)).for_each(|(a, b)| *a += b);
         by_axis.iter_mut().zip(about(n, &sum)).for_each(|(a, b)| *a += b);
         all += overall(n, &sum);
         free += n.saturating_sub(1) as f64;

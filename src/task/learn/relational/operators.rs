@@ -190,7 +190,8 @@ fn alternatives(
         instances.iter().map(|i| scene(motion, found, i.attempt.demo, 0)).collect();
     let lasts = |state: usize| ends.iter().all(|e| e.iter().flatten().any(|f| f.state == state));
     let mut sets: Vec<(Subject, Vec<usize>)> = Vec::new();
-    for subject in OTHERS {
+    let own = [Subject::Is(Role::Origin), Subject::Is(Role::Target)];
+    for subject in own.into_iter().chain(OTHERS) {
         // The states that are means, each with the instances before which it held.
         let mut means: Vec<(usize, Vec<bool>)> = Vec::new();
         for state in 0..found.states.len() {

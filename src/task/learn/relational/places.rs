@@ -8,17 +8,20 @@ use super::frames::Frames;
 use super::likelihood::{Likelihood, Sums, log_add};
 use super::motion::Came;
 
-/// Loss of likelihood that the places of one state may have in a common frame, for each place.
-const COMMON: f64 = 8.0;
+/// Loss of likelihood that each place of a state may have in a common frame: in that of one of them, and in another. What goes
+/// onto a shelf or onto a stand goes to two places, not to two strips of the world.
+const COMMON: (f64, f64) = (8.0, 3.0);
 /// Smallest gap between two places, in metres and in standard deviations of careful placing.
 const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
-const NUDGED: f64 = 0.1;
+pub(super) const NUDGED: f64 = 0.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
 /// Evidence for tight places in which poses coincide, in nats.
 const COINCIDENCES: f64 = 3.0;
+/// Width of the uniform distribution as uncertain as a Gaussian, in standard deviations: the square root of 2 pi e.
+const GAUSSIAN: f64 = 4.13;
 /// Evidence against a cut beyond which further cuts do not make up for it.
 const HOPELESS: f64 = 6.0;
 /// Least log likelihood of a state's poses, relative to poses scattered over the scene.
@@ -49,8 +52,10 @@ fn common_frame(groups: &[Group], all: &[usize]) -> Option<usize> {
     let frames = groups.first()?.scores.len();
     let total = |f: usize| all.iter().map(|g| groups[*g].scores[f]).sum::<f64>();
     let best = (0..frames).max_by(|a, b| total(*a).total_cmp(&total(*b)).then(b.cmp(a)))?;
-    let own: f64 = all.iter().map(|g| groups[*g].scores[groups[*g].frame]).sum();
-    (total(best) >= own - COMMON * all.len() as f64).then_some(best)
+    let is_own = all.iter().any(|g| groups[*g].frame == best);
+    let most = if is_own { COMMON.0 } else { COMMON.1 };
+    let loses = |g: &Group| g.scores[g.frame] - g.scores[best];
+    all.iter().all(|g| loses(&groups[*g]) <= most).then_some(best)
 }
 
 /// Rests with their sums in one frame.
@@ -62,11 +67,11 @@ fn total(place: &[(usize, Sums)]) -> Sums {
 
 /// Cuts poses into the likeliest places, one gap in one coordinate after the other. Returns also how much likelier they are
 /// than one place. In the other coordinates, both sides of a gap may have the same values. `least` is the smallest gap, `logs`
-/// the log marginal likelihoods of the coordinates of a place.
+/// the log marginal likelihoods of the coordinates and of the orientation of a place.
 fn modes(
     mut poses: Place,
     least: f64,
-    logs: &impl Fn(usize, &Sums) -> [f64; 3],
+    logs: &impl Fn(usize, &Sums) -> [f64; 4],
 ) -> (Vec<Place>, f64) {
     let n = poses.len();
     let whole = logs(n, &total(&poses));
@@ -85,7 +90,7 @@ fn modes(
                 (logs(cut, &total(&poses[..cut])), logs(n - cut, &total(&poses[cut..])));
             let apart = |j: usize| left[j] + right[j] - whole[j];
             let shared = |j: usize| log_add(0.0, apart(j)) - 2f64.ln();
-            let others: f64 = (0..3).filter(|j| *j != i).map(shared).sum();
+            let others: f64 = (0..4).filter(|j| *j != i).map(shared).sum();
             let sides = ln_gamma(cut as f64 + 1.0) + ln_gamma((n - cut) as f64 + 1.0);
             let gain = apart(i) + others + sides - ln_gamma(n as f64 + 2.0) - 3f64.ln();
             if gain > best.0 {
@@ -108,8 +113,14 @@ fn modes(
 
 /// Cuts poses at all gaps of more than `least`. Returns also how much likelier it is than at random, in nats, that as many
 /// of them coincide: each pose chooses a place, and each beyond the first of its place is there by a chance of the width of a
-/// place over the range.
-fn coincidences(poses: Place, least: f64) -> (Vec<Place>, f64) {
+/// place over the range. `scale` is the least spread of a place, `demo` the demonstration of a rest. Where no two poses of a
+/// demonstration share a place, each chooses among those that are free.
+fn coincidences(
+    poses: Place,
+    least: f64,
+    scale: f64,
+    demo: impl Fn(usize) -> usize,
+) -> (Vec<Place>, f64) {
     let n = poses.len() as f64;
     let whole = total(&poses);
     let range = whole.position.iter().map(|s| s.high - s.low).fold(0.0, f64::max);
@@ -125,7 +136,22 @@ fn coincidences(poses: Place, least: f64) -> (Vec<Place>, f64) {
         places = cut;
     }
     let k = places.len() as f64;
-    (places, (n - k) * (range / (2.0 * least)).ln() - n * k.ln())
+    let squares = |i: usize| {
+        let of = places.iter().map(|p| total(p).position[i].squares(p.len()).max(0.0));
+        (of.sum::<f64>() / (n - k).max(1.0)).sqrt()
+    };
+    let spread = (0..3).map(squares).fold(scale, f64::max);
+    let mut chosen: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (index, place) in places.iter().enumerate() {
+        place.iter().for_each(|(rest, _)| chosen.entry(demo(*rest)).or_default().push(index));
+    }
+    let choices = chosen.values().map(|own| {
+        let shared = own.windows(2).any(|pair| pair[0] == pair[1]);
+        let free = |i: usize| if shared { k } else { k - i as f64 };
+        (0..own.len()).map(|i| free(i).ln()).sum::<f64>()
+    });
+    let choices: f64 = choices.sum();
+    (places, (n - k) * (range / (GAUSSIAN * spread)).ln() - choices)
 }
 
 impl Frames<'_, '_> {
@@ -186,8 +212,11 @@ impl Frames<'_, '_> {
         let extent = self.extent_in(group.frame);
         let put = group.rests.iter().all(|r| self.motion.rests[*r].came != Came::Found);
         let up = self.up.filter(|_| put);
-        let logs = |n: usize, sums: &Sums| -> [f64; 3] {
+        let logs = |n: usize, sums: &Sums| -> [f64; 4] {
             std::array::from_fn(|i| {
+                if i == 3 {
+                    return likelihood.orientation(n, sums);
+                }
                 let spread = &sums.position[i];
                 if up == Some(i) {
                     return likelihood.heights(n, spread, extent[i]);
@@ -197,7 +226,8 @@ impl Frames<'_, '_> {
             })
         };
         let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
-        let (mut places, mut gain) = coincidences(poses.clone(), least);
+        let (mut places, mut gain) =
+            coincidences(poses.clone(), least, likelihood.scale_m, |r| self.motion.rests[r].demo);
         if gain < COINCIDENCES || 2 * places.len() > poses.len() {
             (places, gain) = modes(poses, least, &logs);
         }
@@ -270,14 +300,35 @@ impl Frames<'_, '_> {
                             || (state[*f], state[*t]) == (state[b], state[a])
                     });
                     let sources = ends(a, false);
+                    let (of_a, of_b) = (state[a], state[b]);
                     let alike = by_chance(&sources, &ends(b, false))
                         && by_chance(&ends(a, true), &ends(b, true));
                     let reached = found[a] || !sources.is_empty();
-                    let all: Vec<usize> =
-                        (0..n).filter(|g| [state[a], state[b]].contains(&state[*g])).collect();
-                    if alike && reached && !linked && common_frame(&groups, &all).is_some() {
-                        let (keep, drop) = (state[a].min(state[b]), state[a].max(state[b]));
-                        state.iter_mut().filter(|s| **s == drop).for_each(|s| *s = keep);
+                    let share = |a: usize, b: usize| {
+                        let both = [state[a], state[b]];
+                        let all: Vec<usize> =
+                            (0..n).filter(|g| both.contains(&state[*g])).collect();
+                        common_frame(&groups, &all)
+                    };
+                    // Each of two places was left for a place of its own, which few moves do by chance.
+                    let crossed = || {
+                        let (to_a, to_b) = (ends(a, true), ends(b, true));
+                        let ends = only(&to_a).zip(only(&to_b));
+                        let ((c, from_a), (d, from_b)) = ends.filter(|(a, b)| a.0 != b.0)?;
+                        let beside = |frame: Option<usize>| frame.is_some_and(|frame| frame > 0);
+                        let may =
+                            found[c] == found[d] && beside(share(a, b)) && beside(share(c, d));
+                        (may && apart(from_a, from_b) > CHANCE_BOTH).then_some((c, d))
+                    };
+                    if alike && reached && !linked && share(a, b).is_some() {
+                        join(&mut state, of_a, of_b);
+                        merged = true;
+                    } else if found[a]
+                        && !linked
+                        && let Some((c, d)) = crossed()
+                    {
+                        join(&mut state, of_a, of_b);
+                        join(&mut state, c, d);
                         merged = true;
                     }
                 }
@@ -301,8 +352,25 @@ impl Frames<'_, '_> {
     }
 }
 
-/// Least probability at which a difference is taken for chance.
+/// Least probability at which a difference is taken for chance, of the sources or sinks of two places, and of both together.
 const CHANCE: f64 = 0.05;
+const CHANCE_BOTH: f64 = 0.01;
+
+/// Joins two states.
+fn join(state: &mut [usize], a: usize, b: usize) {
+    state.iter_mut().filter(|s| **s == a.max(b)).for_each(|s| *s = a.min(b));
+}
+
+/// Returns the only end of some moves, with their number; `None` if there are several.
+fn only(ends: &BTreeMap<usize, usize>) -> Option<(usize, usize)> {
+    let mut all = ends.iter().map(|(end, count)| (*end, *count));
+    all.next().filter(|_| all.next().is_none())
+}
+
+/// Returns the probability that so many moves each, dealt out at random, are apart.
+fn apart(a: usize, b: usize) -> f64 {
+    (1..=a).map(|i| i as f64 / (b + i) as f64).product()
+}
 
 /// Returns whether two places have the same sources or sinks, given with their numbers of moves. One that only one of two
 /// places has is taken for chance if all its moves would often be at that place, were they dealt out at random

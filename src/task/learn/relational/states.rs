@@ -138,7 +138,11 @@ impl Frames<'_, '_> {
                 likelihood,
             };
             let mut clusters = clustering.run();
-            // Noise does not decide between frames.
+            // Noise does not decide between frames, but orientation does: what is turned in every way beside a part that is turned
+            // in every way, and in one way beside another, belongs to the other.
+            let mut turned = likelihood.clone();
+            turned.turns = true;
+            let clustering = Clustering { likelihood: &turned, ..clustering };
             let scored = clusters.iter_mut().map(|c| {
                 let n = c.members.len();
                 let quiet = c.frames.iter().map(|f| f.as_ref().map(|sums| sums.without_noise(n)));
