@@ -68,8 +68,9 @@ fn for_each_active(activity: &[Real], mut visit: impl FnMut(usize, Real)) {
     for (word, own) in activity.chunks(WORD).enumerate() {
         let mut bits = 0;
         if let Some(own) = own.first_chunk::<WORD>() {
-            for i in 0..WORD {
-                bits |= u64::from(own[i] != 0.0) << i;
+            // A known number of neurons, for wide instructions.
+            for (i, activity) in own.iter().enumerate() {
+                bits |= u64::from(*activity != 0.0) << i;
             }
         } else {
             for (i, activity) in own.iter().enumerate() {

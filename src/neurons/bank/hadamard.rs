@@ -1,9 +1,9 @@
 //! Encoders that are rows of Hadamard matrices, and their currents by a fast Walsh-Hadamard transform.
 //!
 //! A block has as many neurons as the next power of two of the dimensions (the order). Their encoders are the rows of
-//! the Hadamard matrix of that order, its columns multiplied by random signs, cut to the dimensions and scaled to length
-//! 1. So the products of all encoders of a block with a value are the transform of the value with the signs applied:
-//! `order log2(order)` additions in place of `order * dims` products, and one bit of memory a neuron.
+//! the Hadamard matrix of that order, its columns multiplied by random signs, cut to the dimensions and scaled to unit
+//! length. So the products of all encoders of a block with a value are the transform of the value with the signs
+//! applied: `order log2(order)` additions in place of `order * dims` products, and one bit of memory a neuron.
 //!
 //! Up to 128 neurons are transformed together. Neuron `row * lanes + lane` of them has the given row in the block
 //! `lane`, so every addition of the transform is between neighbours of one block and the same for all blocks. It is the
