@@ -10,9 +10,10 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use symbolt::neurons::{
-    AdaptiveLif, AdaptiveLifRate, Izhikevich, Layers, Lif, LifRate, LifSpec, Map, PoissonSpiking,
-    Population, PopulationPlan, Product, RateOf, RectifiedLinear, RegularSpiking, Represent,
-    SelectRule, Sigmoid, SolvedModel, SpikingRectifiedLinear, StochasticSpiking, Tanh, Tuning,
+    AdaptiveLif, AdaptiveLifRate, DrawnEncoders, Izhikevich, Layers, Lif, LifRate, LifSpec, Map,
+    PoissonSpiking, Population, PopulationPlan, Product, RateOf, RectifiedLinear, RegularSpiking,
+    Represent, SelectRule, Sigmoid, SolvedModel, SpikingRectifiedLinear, StochasticSpiking, Tanh,
+    Tuning,
 };
 use symbolt::sim::Ports;
 use symbolt::sim::{
@@ -99,19 +100,28 @@ fn layers(c: &mut Criterion) {
     let scalars = || vector_layer(|s| s.map("map", Map::each(500, |x| x)), width);
     ticks(c, "decode_dense_one_dimension", width * 100, scalars(), &lif());
     ticks(c, "decode_dense_rates", width * 100, scalars(), &rate());
-    // Each ensemble represents sixteen dimensions: encoding multiplies by a matrix and decoding adds only the neurons
-    // that fire.
-    let things = vocabulary();
-    let (input, output) = (InputSpec::pointer(things.space()), OutputSpec::pointer(things.space()));
-    let mut graph = GraphBuilder::new();
-    let layer = graph.add(
-        "layer",
-        Alone(|scope: &mut Scope<'_>| -> Ports<Pointer<Things>> {
-            scope.represent("represent", Represent::new(input, output, 1.0))
-        }),
-    );
-    give(&mut graph, &things, "A", &layer.input);
-    ticks(c, "encode_16_decode_by_events", DIM * 50, graph, &lif());
+    // Each ensemble represents sixteen dimensions: encoding multiplies by a matrix or transforms, and decoding adds only
+    // the neurons that fire.
+    for (name, encoders) in [
+        ("encode_16_decode_by_events", DrawnEncoders::Sphere),
+        ("encode_16_by_transforms_decode_by_events", DrawnEncoders::Hadamard),
+    ] {
+        let things = vocabulary();
+        let (input, output) =
+            (InputSpec::pointer(things.space()), OutputSpec::pointer(things.space()));
+        let mut graph = GraphBuilder::new();
+        let layer = graph.add(
+            "layer",
+            Alone(|scope: &mut Scope<'_>| -> Ports<Pointer<Things>> {
+                scope.represent("represent", Represent::new(input, output, 1.0))
+            }),
+        );
+        give(&mut graph, &things, "A", &layer.input);
+        let plan = Plan::all(
+            Population::Lif(LifSpec::default()).tuned(|usual| Tuning { encoders, ..usual }),
+        );
+        ticks(c, name, DIM * 50, graph, &plan);
+    }
     // Products without the transforms of a binding.
     let mut graph = GraphBuilder::new();
     let values: Vec<f32> = (0..width).map(|i| (i as f32).cos()).collect();

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 
-use super::bank::{Bank, Draft, Ensembles, LoadBalance, Partition, Recipe, Shape, ensemble_seed};
+use super::bank::{
+    Bank, Draft, Ensembles, LoadBalance, Partition, Recipe, Shape, ensemble_seed, hadamard,
+};
 use super::built::Origin;
 use super::draw::{Neurons, cosine, on_sphere, part_of_pointer};
 use super::models::NeuronModel;
@@ -127,7 +129,7 @@ impl PopulationBuilder<'_> {
     ) -> Result<Ensembles, TuningError> {
         let radius = of.radius;
         let neurons = self.tuning().count(of.neurons)?;
-        let shape = Shape { ensembles: of.width, neurons, dims: 1, outputs: 1 };
+        let shape = Shape { ensembles: of.width, neurons, dims: 1, outputs: 1, hadamard: false };
         let partition = match of.keep {
             Keep::Groups(unit) => self.balance.partition(shape, unit),
             Keep::All(Owner(owner)) => self.balance.whole(shape, owner),
@@ -201,7 +203,8 @@ impl PopulationBuilder<'_> {
         let most = tuning.sub_dimensions.clamp(1, width);
         let dims = (1..=most).rev().find(|d| width.is_multiple_of(*d)).unwrap_or(1);
         let neurons = tuning.count(tuning.per_dimension as f64 * dims as f64)?;
-        let shape = Shape { ensembles: width / dims, neurons, dims, outputs: dims };
+        let (ensembles, hadamard) = (width / dims, tuning.encoders.are_hadamard(dims));
+        let shape = Shape { ensembles, neurons, dims, outputs: dims, hadamard };
         // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
@@ -210,7 +213,7 @@ impl PopulationBuilder<'_> {
         let spec = self.spec.clone();
         self.bank((shape, partition), "pointer", &[ball, usual, points as f64], move |_, seed| {
             let mut rng = seed.rng();
-            let neurons = spec.directions((neurons, dims), &mut rng)?;
+            let neurons = spec.directions(&shape, &mut rng)?;
             let mut values = vec![0.0; points * dims];
             for value in values.chunks_exact_mut(dims) {
                 part_of_pointer(&mut rng, value, width);
@@ -289,6 +292,9 @@ impl PopulationBuilder<'_> {
         for size in [shape.ensembles, shape.neurons, shape.dims, shape.outputs] {
             hash.number(size as u64);
         }
+        if shape.hadamard {
+            hash.text("hadamard");
+        }
         hash.value()
     }
 }
@@ -302,11 +308,18 @@ impl NeuronSpec {
     /// random direction.
     pub(super) fn directions<R: Rng>(
         &self,
-        (count, dims): (usize, usize),
+        shape: &Shape,
         rng: &mut R,
     ) -> Result<Neurons, TuningError> {
+        let Shape { neurons, dims, hadamard, .. } = *shape;
+        let drawn = if hadamard { hadamard::directions(rng, shape) } else { Vec::new() };
+        let mut rows = drawn.chunks_exact(dims);
+        let encoder = |rng: &mut R, out: &mut [f64]| match rows.next() {
+            Some(row) => out.copy_from_slice(row),
+            None => on_sphere(rng, out),
+        };
         let (model, rates) = (&*self.model, self.max_rates());
-        Neurons::draw(model, (count, dims), rates, rng, on_sphere, |rng| cosine(rng, dims + 2))
+        Neurons::draw(model, (neurons, dims), rates, rng, encoder, |rng| cosine(rng, dims + 2))
     }
 
     /// Draws neurons of one dimension. Half of them have the encoder 1, the other half -1.

@@ -100,8 +100,8 @@ impl<'a> Exact<'a> {
 /// The same ensemble as a bank.
 fn bank(population: &Population, lif: Lif) -> Bank {
     let Population { neurons, decoders, outputs, .. } = population;
-    let shape =
-        Shape { ensembles: 1, neurons: neurons.count(), dims: neurons.dims, outputs: *outputs };
+    let (count, dims) = (neurons.count(), neurons.dims);
+    let shape = Shape { ensembles: 1, neurons: count, dims, outputs: *outputs, hadamard: false };
     let points = Points { values: Vec::new(), wanted: Vec::new(), outputs: *outputs };
     let draft = Draft { neurons: neurons.clone(), radius: 1.0, points };
     let ensemble = LaidOut::lay_out(&draft, decoders, (&lif, DT_S), shape);

@@ -133,4 +133,4 @@ pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
 pub use solve::{L1, L2, LeastSquares, NoDecoders, Noisy, NonNegative, Solver};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};
 pub use traffic::Traffic;
-pub use tuning::{Tuning, TuningError};
+pub use tuning::{DrawnEncoders, Tuning, TuningError};

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::bank::{Shape, Solved};
+use super::bank::{Shape, Solved, hadamard};
 use super::tuning::TuningError;
 use crate::files::{FileError, Limit, read_file};
 use crate::sim::Real;
@@ -185,11 +185,15 @@ impl Entry {
         let possible = (1..=10_000).contains(&shape.neurons)
             && shape.ensembles > 0
             && shape.dims > 0
-            && shape.outputs > 0;
-        let biases = shape.ensembles.checked_mul(shape.neurons.checked_add(32)?)?;
+            && shape.outputs > 0
+            && (!shape.hadamard || hadamard::DIMS.contains(&shape.dims));
+        if !possible {
+            return None;
+        }
+        let biases = shape.ensembles.checked_mul(shape.neurons.checked_add(128)?)?;
         biases.checked_mul(shape.dims.max(shape.outputs))?.checked_mul(16)?;
         let biases = shape.ensembles * shape.padded();
-        possible.then_some([biases * shape.dims, biases, biases * shape.outputs])
+        Some([biases * shape.columns(), biases, biases * shape.outputs])
     }
 }
 

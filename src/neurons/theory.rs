@@ -25,7 +25,7 @@ fn points() -> Points {
 
 /// One ensemble of one dimension that decodes the identity.
 fn bank(count: usize, seed: Seed, model: impl NeuronModel) -> Bank {
-    let shape = Shape { ensembles: 1, neurons: count, dims: 1, outputs: 1 };
+    let shape = Shape { ensembles: 1, neurons: count, dims: 1, outputs: 1, hadamard: false };
     let draft =
         |_, seed| Ok(Draft { neurons: neurons(count, seed), radius: 1.0, points: points() });
     let recipe = Recipe { seed, ..Recipe::of(&model, DT_S, shape) };

@@ -89,9 +89,9 @@ impl Traffic {
             let stepped = count * padded;
             self.visited += neurons.len() as f64;
             self.read +=
-                of(stepped * (1 + shape.dims) + decoded * shape.outputs + count * shape.dims);
+                of(stepped * (1 + shape.columns()) + decoded * shape.outputs + count * shape.dims);
             self.written += of(count * (each + shape.outputs));
-            let each_neuron = 1 + 2 * shape.dims + bank.model.operations() as usize;
+            let each_neuron = 1 + shape.encoding() + bank.model.operations() as usize;
             self.operations += (stepped * each_neuron + 2 * decoded * shape.outputs) as f64;
         }
     }

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::bank::hadamard;
+
 /// Why a layer cannot get a population.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -95,6 +97,31 @@ pub struct Tuning {
     pub regularisation: f64,
     /// Factor on all numbers of neurons (above 0). Default: 1.
     pub scale: f64,
+    /// How encoders of several dimensions are drawn. Default: [`DrawnEncoders::Sphere`].
+    pub encoders: DrawnEncoders,
+}
+
+/// How the encoders of neurons of several dimensions are drawn, unless an ensemble has
+/// [`Encoders`](super::Encoders) of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DrawnEncoders {
+    /// Uniformly from the sphere.
+    #[default]
+    Sphere,
+    /// As rows of Hadamard matrices ([`Encoders::hadamard`](super::Encoders::hadamard)) in 16 to 128 dimensions, and
+    /// uniformly from the sphere in others. Pointers are then faster, with no greater decoding errors.
+    Hadamard,
+}
+
+/// Least number of dimensions in which [`DrawnEncoders::Hadamard`] has an effect. In fewer there are few corners: four
+/// in two dimensions, which suit some functions and not others.
+const LEAST_HADAMARD: usize = 16;
+
+impl DrawnEncoders {
+    /// Returns whether the encoders of neurons of so many dimensions are rows of Hadamard matrices.
+    pub(super) fn are_hadamard(self, dims: usize) -> bool {
+        self == Self::Hadamard && dims >= LEAST_HADAMARD && hadamard::DIMS.contains(&dims)
+    }
 }
 
 impl Default for Tuning {
@@ -110,6 +137,7 @@ impl Default for Tuning {
             item_spread: 0.1,
             regularisation: 0.1,
             scale: 1.0,
+            encoders: DrawnEncoders::default(),
         }
     }
 }

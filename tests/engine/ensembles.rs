@@ -2,11 +2,11 @@
 
 use ndarray::{Array2, ArrayView2, array};
 use symbolt::neurons::{
-    AdaptiveLif, BuiltEnsemble, BuiltLayer, Encoders, Ensemble, Izhikevich, L1, L2, LeastSquares,
-    LifRate, LifSpec, Map, NoDecoders, Noisy, NonNegative, PoissonSpiking, Population,
-    PopulationPlan, ReadBackError, RectifiedLinear, RegularSpiking, Sigmoid, SolvedModel, Solver,
-    SpikingRectifiedLinear, Start, StochasticSpiking, Tanh, Target, Tuning, TuningError, Values,
-    own_neurons,
+    AdaptiveLif, BuiltEnsemble, BuiltLayer, DrawnEncoders, Encoders, Ensemble, Izhikevich, L1, L2,
+    LeastSquares, LifRate, LifSpec, Map, NoDecoders, Noisy, NonNegative, PoissonSpiking,
+    Population, PopulationPlan, ReadBackError, RectifiedLinear, RegularSpiking, Sigmoid,
+    SolvedModel, Solver, SpikingRectifiedLinear, Start, StochasticSpiking, Tanh, Target, Tuning,
+    TuningError, Values, own_neurons,
 };
 use symbolt::sim::{
     Constant, Fingerprint, Graph, GraphBuilder, Ports, ProbeSpec, Ranks, Real, RunConfig, Seed,
@@ -127,6 +127,68 @@ fn draws_come_from_where_they_are_said_to() {
     assert!(encoders.rows().into_iter().all(|row| (row.dot(&row) - 1.0).abs() < 1e-12));
     let mean = encoders.mean_axis(ndarray::Axis(0)).expect("rows");
     assert!(mean.iter().all(|x| x.abs() < 4.0 / 900f64.sqrt()), "{mean}");
+}
+
+#[test]
+fn hadamard_encoders_are_corners_of_a_cube_and_represent_values_as_uniform_ones_do() {
+    let ensemble = |encoders| Ensemble::new(16).neurons(800).identity("x").encoders(encoders);
+    let read = |encoders, seed| {
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("given", Constant::vector(&[0.0; 32]));
+        let a = graph.add("a", ensemble(encoders).copies(2));
+        graph.connect(&given, &a.input, Synapse::None);
+        let graph = graph.build(Timebase::default(), &lif(), Seed::new(seed)).expect("builds");
+        let layer = BuiltLayer::of(&graph, "a").expect("neurons");
+        [0, 1].map(|copy| layer.ensemble(copy).expect("two"))
+    };
+    let [first, second] = read(Encoders::hadamard(), 1);
+    assert_eq!(first.encoders().dim(), (800, 16));
+    assert!(first.encoders().iter().all(|x| x.abs() == 0.25));
+    let mean = first.encoders().mean_axis(ndarray::Axis(0)).expect("rows");
+    assert!(mean.iter().all(|x| x.abs() < 4.0 * 0.25 / 50f64.sqrt()), "{mean}");
+    assert_ne!(first.encoders(), second.encoders());
+    assert_eq!(first.encoders(), read(Encoders::hadamard(), 1)[0].encoders());
+    assert_ne!(first.encoders(), read(Encoders::hadamard(), 2)[0].encoders());
+    let [uniform, _] = read(Encoders::sphere(), 1);
+    let [error, usual] = [first, uniform].map(|read| read.error("x").expect("decoded"));
+    assert!((0.9..1.1).contains(&(error / usual)), "{error} {usual}");
+    // What the neurons are stepped with is what decoders were solved for.
+    let value: Vec<Real> = (0..16).map(|k| 0.2 * (k as Real).cos()).collect();
+    let out = held(ensemble(Encoders::hadamard()), &value, "x", &lif());
+    let off = out.iter().zip(&value).map(|(out, x)| (out - x).abs()).fold(0.0, Real::max);
+    assert!(off < 0.05, "{off}");
+    // A plan sets them, from 16 dimensions on.
+    let plan = |encoders| {
+        let tuning = Tuning { encoders, ..Tuning::default() };
+        PopulationPlan::all(Population::Lif(LifSpec::tuned(tuning)))
+    };
+    for (dims, encoders, corners) in [
+        (16, DrawnEncoders::Hadamard, true),
+        (15, DrawnEncoders::Hadamard, false),
+        (16, DrawnEncoders::Sphere, false),
+    ] {
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("given", Constant::vector(&vec![0.0; dims]));
+        let a = graph.add("a", Ensemble::new(dims).neurons(50).identity("x"));
+        graph.connect(&given, &a.input, Synapse::None);
+        let graph = graph.build(Timebase::default(), &plan(encoders), Seed::new(1));
+        let graph = graph.expect("builds");
+        let read = BuiltLayer::of(&graph, "a").expect("neurons").ensemble(0).expect("one");
+        let length = 1.0 / (dims as f64).sqrt();
+        let all = read.encoders().iter().all(|x| (x.abs() - length).abs() < 1e-12);
+        assert_eq!(all, corners, "{dims} {encoders:?}");
+    }
+    // In one dimension there are two corners; a transform has room for 128.
+    let one = built(Ensemble::new(1).identity("x").encoders(Encoders::hadamard())).encoders();
+    assert!(one.iter().any(|x| *x == 1.0) && one.iter().any(|x| *x == -1.0));
+    let wide = Ensemble::new(129).identity("x").encoders(Encoders::hadamard());
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.0; 129]));
+    let a = graph.add("a", wide);
+    graph.connect(&given, &a.input, Synapse::None);
+    let error = graph.build(Timebase::default(), &lif(), Seed::new(1)).expect_err("too wide");
+    assert!(error.to_string().contains("Hadamard in 129 dimensions"), "{error}");
+    assert!(error.to_string().contains("at most 128"), "{error}");
 }
 
 #[test]

@@ -3,8 +3,9 @@
 use multiversion::multiversion;
 
 use super::few::few;
-use super::shape::{BLOCK, NARROW, Shape, WIDE};
+use super::shape::{BLOCK, NARROW, SPAN, Shape, WIDE};
 use super::work::{Work, at_rest, first};
+use super::{decode, hadamard};
 use crate::neurons::models::{Block, NeuronModel};
 use crate::sim::Real;
 
@@ -39,9 +40,12 @@ fn many<M: NeuronModel + ?Sized>(
     mut state: &mut [Real],
     out: &mut [Real],
 ) {
-    let Shape { dims, outputs, .. } = work.shape;
-    let padded = work.shape.padded();
-    let (mut currents, mut activity) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let Shape { dims, outputs, hadamard, .. } = work.shape;
+    let (padded, columns) = (work.shape.padded(), work.shape.columns());
+    let dense = outputs == 1 && work.spikes;
+    // Rows of decoders are read for many neurons at once. Whatever needs no rows stays nearer in the cache.
+    let span = if dense { BLOCK } else { SPAN };
+    let (mut currents, mut activity) = ([0.0; SPAN], [0.0; SPAN]);
     let (out, mut told) = work.split(out);
     let rows = work.values.chunks_exact(dims).zip(out.chunks_exact_mut(outputs));
     for (index, (value, out)) in rows.enumerate() {
@@ -51,7 +55,7 @@ fn many<M: NeuronModel + ?Sized>(
         let own_told = told.len().min(neurons);
         let mut told = first(&mut told, own_told);
         let biases = &work.biases[index * padded..(index + 1) * padded];
-        let encoders = &work.encoders[index * padded * dims..(index + 1) * padded * dims];
+        let encoders = &work.encoders[index * padded * columns..(index + 1) * padded * columns];
         let decoders = &work.decoders[index * padded * outputs..(index + 1) * padded * outputs];
         out.fill(0.0);
         // An ensemble at rest stays at rest while its currents are low. Skipping it gives the same bits as the passes
@@ -62,50 +66,57 @@ fn many<M: NeuronModel + ?Sized>(
             told.fill(0.0);
             continue;
         }
-        let mut lanes = [0.0; NARROW];
-        let blocks = biases.chunks(BLOCK).zip(encoders.chunks(BLOCK * dims));
-        let blocks = blocks.zip(decoders.chunks(BLOCK * outputs)).enumerate();
-        for (block, ((biases, encoders), decoders)) in blocks {
+        let mut sums = [0.0; NARROW];
+        let spans = biases.chunks(span).zip(encoders.chunks(span * columns));
+        let spans = spans.zip(decoders.chunks(span * outputs)).enumerate();
+        for (at, ((biases, encoders), decoders)) in spans {
             let len = biases.len();
             let (currents, activity) = (&mut currents[..len], &mut activity[..len]);
-            encode(encoders, biases, work.shift, value, currents);
+            match value {
+                [x] => encode_scalar(encoders, biases, work.shift, *x, currents),
+                _ if hadamard => hadamard::encode(encoders, biases, work.shift, value, currents),
+                _ => encode(encoders, biases, work.shift, value, currents),
+            }
             Work::inject(&mut injected, currents);
-            let state = first(&mut own, work.variables * len);
-            let draws = work.draws(index * padded + block * BLOCK);
-            model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
+            let blocks = currents.chunks(BLOCK).zip(activity.chunks_mut(BLOCK)).enumerate();
+            for (block, (currents, activity)) in blocks {
+                let state = first(&mut own, work.variables * currents.len());
+                let draws = work.draws(index * padded + at * span + block * BLOCK);
+                model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
+            }
             work.tell(&mut told, activity);
-            if outputs == 1 && work.spikes {
-                let eights = activity.chunks_exact(NARROW).zip(decoders.chunks_exact(NARROW));
-                for (activity, decoders) in eights {
-                    for i in 0..NARROW {
-                        lanes[i] += activity[i] * decoders[i];
-                    }
-                }
-            } else {
-                add_rows(activity, decoders, out);
+            match dense {
+                true => decode::add_all(activity, decoders, &mut sums),
+                false => decode::add_rows(activity, decoders, out),
             }
         }
-        if outputs == 1 && work.spikes {
-            out[0] = lanes.iter().sum();
+        if dense {
+            out[0] = sums.iter().sum();
         }
     }
 }
 
-/// Computes the currents: bias plus shift plus encoder times value.
+/// Computes the currents of neurons of one dimension: bias plus shift plus encoder times value.
 #[inline(always)]
-pub(super) fn encode(
+fn encode_scalar(
     encoders: &[Real],
     biases: &[Real],
     shift: Real,
-    value: &[Real],
+    value: Real,
     currents: &mut [Real],
 ) {
-    if let [x] = value {
-        for ((current, bias), encoder) in currents.iter_mut().zip(biases).zip(encoders) {
-            *current = bias + shift + encoder * x;
-        }
-        return;
+    for ((current, bias), encoder) in currents.iter_mut().zip(biases).zip(encoders) {
+        *current = bias + shift + encoder * value;
     }
+}
+
+/// Computes the currents of neurons of several dimensions.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2",
+    "x86_64+sse4.1"
+))]
+fn encode(encoders: &[Real], biases: &[Real], shift: Real, value: &[Real], currents: &mut [Real]) {
     let (currents, _) = currents.as_chunks_mut::<WIDE>();
     let (biases, _) = biases.as_chunks::<WIDE>();
     let (rows, _) = encoders.as_chunks::<WIDE>();
@@ -121,26 +132,5 @@ pub(super) fn encode(
             }
         }
         *current = sums;
-    }
-}
-
-/// Adds the decoders (one row per neuron) of the neurons that are active, times their activity.
-///
-/// The active ones are collected first, without branches. Their rows are then read without waiting for one another: a
-/// branch for each would be guessed wrong, and no read can overtake it.
-#[inline(always)]
-fn add_rows(activity: &[Real], decoders: &[Real], out: &mut [Real]) {
-    const { assert!(BLOCK <= 256, "a neuron of a block is numbered by a byte") };
-    let outputs = out.len();
-    let (mut active, mut count) = ([0u8; BLOCK], 0);
-    for (neuron, activity) in activity.iter().enumerate() {
-        active[count % BLOCK] = neuron as u8;
-        count += usize::from(*activity != 0.0);
-    }
-    for neuron in active[..count].iter().map(|neuron| usize::from(*neuron)) {
-        let row = &decoders[neuron * outputs..(neuron + 1) * outputs];
-        for (sum, decoder) in out.iter_mut().zip(row) {
-            *sum += activity[neuron] * decoder;
-        }
     }
 }

@@ -4,23 +4,25 @@
 //!
 //! A bank is a structure of arrays. The array of encoders, each times gain / radius, is ordered by ensemble, then by
 //! group of 32 neurons (8 if the ensemble has one dimension), then by dimension. Encoding therefore reads memory from
-//! front to back. Biases have one array. The state is cut into the blocks in which neurons are stepped; a block holds
+//! front to back. Of encoders that are rows of Hadamard matrices the array has one number per neuron (`hadamard.rs`).
+//! Biases have one array. The state is cut into the blocks in which neurons are stepped; a block holds
 //! the first variable of its neurons (of spiking neurons the voltages), then the second, and so on. Neurons without
 //! effect pad every ensemble to whole groups. Ensembles of 1 to 4 neurons with one dimension and one output are not
 //! padded: they stand side by side, and a block holds the neurons of eight ensembles (`few.rs`).
 //!
 //! # Passes
 //!
-//! One pass over a block of neurons computes currents. A second pass, by the neuron model, computes their activity. A
-//! third pass decodes. With several outputs it adds only the decoders of the neurons that are active (event-driven).
-//! With one output of spikes it adds all decoders times the activity, which costs less than finding the neurons that
-//! fired. The loop skips resting ensembles that their input cannot wake. Skipping does not change the bits.
+//! One pass computes currents. A second pass, by the neuron model, computes the activity of one block of neurons after
+//! another. A third pass decodes (`decode.rs`). With several outputs it adds only the decoders of the neurons that are
+//! active (event-driven), of up to seven blocks at once: the rows are scattered over memory, and reads that do not wait
+//! for one another take little longer than one. With one output of spikes it adds all decoders times the activity,
+//! which costs less than finding the neurons that fired. The loop skips resting ensembles that their input cannot wake. Skipping does not change the bits.
 //!
 //! # Memory traffic
 //!
 //! Per neuron and tick, a scalar bank reads 16 bytes (encoder, bias, voltage, refractory time) and writes 8. A bank of
-//! d dimensions reads 4 d bytes of encoders instead of 4, and 4 d bytes of decoders for each neuron that fires (about
-//! one in ten). This traffic limits the speed of banks that do not fit the caches.
+//! d dimensions reads 4 d bytes of encoders instead of 4 (but 4 for Hadamard encoders), and 4 d bytes of decoders for
+//! each neuron that fires (about one in ten). This traffic limits the speed of banks that do not fit the caches.
 //!
 //! # Measured time
 //!
@@ -35,12 +37,16 @@
 //! Most of the time is arithmetic. The decay within a refractory period and the moment of a spike (a division) are
 //! computed for every neuron. A branch for the tenth of the neurons that fires would often be mispredicted and cost
 //! more. With sixteen dimensions, a third of the time is encoding and a fifth is waiting for the decoders of the
-//! neurons that fired. A network of 341,450 neurons does not fit the caches: at the bandwidth of both cores, reading
+//! neurons that fired; `docs/speed.md` has what Hadamard encoders save. A network of 341,450 neurons does not fit the caches: at the bandwidth of both cores, reading
 //! its 22 MB of encoders takes 0.8 ms per tick.
 
+mod decode;
 mod few;
+pub(super) mod hadamard;
 mod loops;
 mod partition;
+#[cfg(test)]
+mod pass_tests;
 mod shape;
 #[cfg(test)]
 mod tests;
@@ -165,7 +171,7 @@ impl Solved {
             own.iter().flat_map(|ensemble| &of[ensemble * each..][..each]).copied().collect()
         };
         Self {
-            encoders: pick(&self.encoders, per * self.shape.dims),
+            encoders: pick(&self.encoders, per * self.shape.columns()),
             biases: pick(&self.biases, per),
             decoders: pick(&self.decoders, per * self.shape.outputs),
             own: Some(own),
@@ -338,7 +344,7 @@ impl Bank {
             shift,
             quiet: if shift <= -self.silencing { self.quiet } else { -1.0 },
             rests: &self.rests[at(1)],
-            encoders: &solved.encoders[at(padded * shape.dims)],
+            encoders: &solved.encoders[at(padded * shape.columns())],
             biases: &solved.biases[at(padded)],
             decoders: &solved.decoders[at(padded * shape.outputs)],
             values,
@@ -383,17 +389,24 @@ impl LaidOut {
         let unit = if model.firing() == Firing::Rates { 1.0 } else { 1.0 / dt_s };
         let level = Some(model.rest_below()).filter(|level| level.is_finite()).unwrap_or(0.0);
         let neurons = &draft.neurons;
-        let mut encoders = vec![0.0; padded * dims];
+        let gains: Vec<f64> = neurons.gains.iter().map(|gain| gain / draft.radius).collect();
+        let encoders = if shape.hadamard {
+            hadamard::lay_out(&shape, &gains, &neurons.encoders)
+        } else {
+            let mut encoders = vec![0.0; padded * dims];
+            for (neuron, gain) in gains.iter().enumerate() {
+                for k in 0..dims {
+                    let encoder = neurons.encoders[neuron * dims + k] * gain;
+                    encoders[shape.encoder_at(neuron, k)] = encoder as Real;
+                }
+            }
+            encoders
+        };
         let mut decoders = vec![0.0; padded * shape.outputs];
         // Such a current keeps the padding neurons from ever firing.
         let mut biases = vec![level.min(0.0) as Real - 1.0; padded];
         let mut silencing = 0.0f64;
         for neuron in 0..count {
-            let gain = neurons.gains[neuron] / draft.radius;
-            for k in 0..dims {
-                let encoder = neurons.encoders[neuron * dims + k] * gain;
-                encoders[shape.encoder_at(neuron, k)] = encoder as Real;
-            }
             biases[neuron] = neurons.biases[neuron] as Real;
             for k in 0..shape.outputs {
                 let decoder = solved[neuron * shape.outputs + k] * unit;

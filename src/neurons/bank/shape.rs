@@ -15,6 +15,9 @@ pub(crate) struct Shape {
     pub dims: usize,
     /// Number of values decoded from one ensemble.
     pub outputs: usize,
+    /// Whether encoders are rows of Hadamard matrices: see the module `hadamard`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub hadamard: bool,
 }
 
 /// Neurons encoded together in ensembles of one dimension: the width of the widest registers in use.
@@ -23,8 +26,10 @@ pub(super) const NARROW: usize = 8;
 pub(super) const WIDE: usize = 32;
 /// Greatest number of neurons in ensembles that share a block.
 pub(super) const FEW: usize = 4;
-/// Neurons in one block: their currents stay in the first-level cache between passes.
+/// Neurons in one block, which are stepped together.
 pub(super) const BLOCK: usize = 128;
+/// Neurons that are encoded and decoded together: their currents stay in the first-level cache between passes.
+pub(super) const SPAN: usize = 7 * BLOCK;
 
 impl Shape {
     /// Number of neurons in one group of encoders.
@@ -32,8 +37,25 @@ impl Shape {
         match self.dims {
             1 if self.is_few() => 1,
             1 => NARROW,
+            _ if self.hadamard => self.order(),
             _ => WIDE,
         }
+    }
+
+    /// Number of neurons in a block of Hadamard encoders.
+    pub(super) fn order(&self) -> usize {
+        self.dims.next_power_of_two()
+    }
+
+    /// Number of numbers that make a neuron's encoder.
+    pub fn columns(&self) -> usize {
+        if self.hadamard { 1 } else { self.dims }
+    }
+
+    /// Number of operations that encode a value for one neuron: a product and a sum for each dimension, or a neuron's part of a fast
+    /// transform, a sign and a gain.
+    pub fn encoding(&self) -> usize {
+        if self.hadamard { self.order().ilog2() as usize + 2 } else { 2 * self.dims }
     }
 
     /// Returns whether several ensembles share a block.
@@ -46,7 +68,7 @@ impl Shape {
         self.neurons.next_multiple_of(self.lanes())
     }
 
-    /// Index of a neuron's encoder for a dimension, within its ensemble's encoders.
+    /// Index of a neuron's encoder for a dimension, within its ensemble's encoders, unless they are Hadamard encoders.
     pub(super) fn encoder_at(&self, neuron: usize, dimension: usize) -> usize {
         let lanes = self.lanes();
         (neuron / lanes * self.dims + dimension) * lanes + neuron % lanes

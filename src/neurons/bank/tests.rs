@@ -10,7 +10,7 @@ use crate::neurons::models::Lif;
 /// random directions.
 fn bank(dims: usize) -> Bank {
     let lif = Lif::default();
-    let shape = Shape { ensembles: 3, neurons: 50, dims, outputs: dims };
+    let shape = Shape { ensembles: 3, neurons: 50, dims, outputs: dims, hadamard: false };
     let draft = |_, seed: Seed| {
         let mut rng = seed.rng();
         let encoder = |rng: &mut rand_chacha::ChaCha8Rng, out: &mut [f64]| {
@@ -95,7 +95,7 @@ fn spikes_come_at_the_rate_of_the_closed_form() {
 /// Twenty-one ensembles of a few neurons that fire above 0.3: two whole groups and a part of one.
 fn few_per_ensemble(neurons: usize) -> Bank {
     let lif = Lif::default();
-    let shape = Shape { ensembles: 21, neurons, dims: 1, outputs: 1 };
+    let shape = Shape { ensembles: 21, neurons, dims: 1, outputs: 1, hadamard: false };
     let draft = |_, seed: Seed| {
         let mut rng = seed.rng();
         let up = |_: &mut rand_chacha::ChaCha8Rng, out: &mut [f64]| out.fill(1.0);

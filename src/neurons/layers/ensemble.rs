@@ -424,7 +424,8 @@ impl Layer for Ensemble {
             None => builder.tuning().count(per)?,
         };
         settings.check_neurons((neurons, self.copies), builder.model())?;
-        let shape = Shape { ensembles: self.copies, neurons, dims, outputs };
+        let hadamard = settings.are_hadamard(builder.tuning(), dims);
+        let shape = Shape { ensembles: self.copies, neurons, dims, outputs, hadamard };
         let radius = f64::from(self.radius);
         // The same points for all copies: their functions are computed, checked and hashed once.
         let values = self.points(neurons, builder.seed);
@@ -452,9 +453,9 @@ impl Layer for Ensemble {
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
         let draft = move |copy, seed: Seed| {
             let neurons = match dims {
-                _ if settings.draws() => settings.draw(&spec, (neurons, dims), (copy, seed))?,
+                _ if settings.draws() => settings.draw(&spec, &shape, (copy, seed))?,
                 1 => spec.scalar(neurons, seed)?,
-                _ => spec.directions((neurons, dims), &mut seed.rng())?,
+                _ => spec.directions(&shape, &mut seed.rng())?,
             };
             let (values, wanted) = (values.clone(), wanted.clone());
             Ok(Draft { neurons, radius, points: Points { values, wanted, outputs } })
