@@ -140,10 +140,10 @@ fn stacked<'p, V: VocabTag>(
     stacked_rows(space, space.width(), &mut rows)
 }
 
-fn stacked_rows<'p>(
+fn stacked_rows(
     space: &dyn Display,
     dim: usize,
-    rows: &mut dyn Iterator<Item = &'p [Real]>,
+    rows: &mut dyn Iterator<Item = &[Real]>,
 ) -> (Vec<Real>, Option<String>) {
     let (mut matrix, mut fault) = (Vec::new(), None);
     for (index, pointer) in rows.enumerate() {
