@@ -30,19 +30,14 @@ pub struct TopicMap {
     /// What is taken from it.
     pub take: Take,
     /// Id of the object, where the messages hold the pose of one object.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
     /// Patterns of the objects to take, where the messages name several. Empty: all.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<String>,
     /// Patterns of the joints whose positions add up to the width. Empty: those that are named finger or gripper.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
     /// Whether the gripper closes as the number grows, or the flag says that it is open.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub invert: Option<bool>,
     /// Pose in the world of the frame in which the topic gives poses, in metres. Transforms are not asked for it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<Pose>,
 }
 
@@ -53,7 +48,7 @@ pub struct PoseDatasets {
     /// Dataset of positions: times × 3, or times × objects × 3. With the orientation: times × 7, or matrices, times × 4 × 4.
     pub position: String,
     /// Dataset of orientations: times × 4 in the mapping's order, times × 3, or times × 3 × 3.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub rotation: Option<String>,
 }
 
@@ -68,15 +63,11 @@ pub struct DatasetMap {
     #[serde(skip_serializing_if = "String::is_empty")]
     pub group: String,
     /// Dataset of times. Without it, rows are as far apart as `rate_hz` says.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
     /// Datasets of each object, by id. `*` in an id stands for the number of the object, where there are several.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub objects: BTreeMap<String, PoseDatasets>,
     /// Dataset of the gripper's width: times, or times × fingers, whose distances add up.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<String>,
     /// Dataset that says whether the gripper holds something.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub grasp: Option<String>,
 }

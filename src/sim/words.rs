@@ -90,7 +90,10 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 /// assert!(shown.starts_with("STATE_1999, "));
 /// ```
 pub fn nearest_first<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
-    let mut names: Vec<&str> = names.into_iter().collect();
+    list_by_distance(written, names.into_iter().collect())
+}
+
+fn list_by_distance(written: &str, mut names: Vec<&str>) -> String {
     if names.len() > MOST {
         let compared = names.len().min(COMPARED);
         names[..compared].sort_by_cached_key(|name| apart(written, name));
@@ -100,8 +103,12 @@ pub fn nearest_first<'n>(written: &str, names: impl IntoIterator<Item = &'n str>
 
 /// Returns the ten names that are most like `written`, those first that are most like it.
 pub(crate) fn nearest(written: &str, names: impl IntoIterator<Item = String>) -> Vec<String> {
-    let compared = names.into_iter().take(COMPARED);
-    let mut ranked: Vec<_> = compared.map(|name| (apart(written, &name), name)).collect();
+    sort_by_distance(written, names.into_iter().take(COMPARED).collect())
+}
+
+fn sort_by_distance(written: &str, names: Vec<String>) -> Vec<String> {
+    let names = names.into_iter();
+    let mut ranked: Vec<_> = names.map(|name| (apart(written, &name), name)).collect();
     ranked.sort();
     ranked.dedup();
     ranked.into_iter().map(|(_, name)| name).take(MOST).collect()
@@ -138,9 +145,12 @@ pub(crate) fn nearest_name<'n>(
     written: &str,
     names: impl IntoIterator<Item = &'n str>,
 ) -> Option<String> {
+    probable(written, &mut names.into_iter().take(COMPARED))
+}
+
+fn probable(written: &str, others: &mut dyn Iterator<Item = &str>) -> Option<String> {
     let length = written.chars().count();
     let most = if length > 3 { 2.max(length / 4) } else { 1 };
-    let others = names.into_iter().take(COMPARED);
     // `p1` is not meant where `p2` is written.
     let without = |name: &str| name.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     let numbered = |name: &str| {

@@ -42,12 +42,6 @@ impl Bcm {
         self.synapses[1] = synapse;
         self
     }
-
-    /// Sets the filter of the threshold. It follows the targets' activity before their own filter.
-    pub fn theta_synapse(mut self, synapse: Synapse) -> Self {
-        self.synapses[2] = synapse;
-        self
-    }
 }
 
 impl LearningRule for Bcm {

@@ -199,24 +199,24 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Adds a copy of a group through a slow synapse.
     pub fn slow(&mut self, name: &str, from: &Group, tau_ms: u64) -> Group {
         let copy = self.sum(name, from.count);
-        self.note(from, name, (0..from.count).map(|i| (i, i)));
+        self.note(from, name, (0..from.count).map(|i| (i, i)).collect());
         self.scope.connect(&from.out, &copy.input, Synapse::lowpass_ms(tau_ms));
         copy
     }
 
     /// Notes what leads from a group to another one.
-    fn note(&mut self, from: &Group, to: &str, pairs: impl Iterator<Item = (usize, usize)>) {
+    fn note(&mut self, from: &Group, to: &str, pairs: Vec<(usize, usize)>) {
         let reach = self.reach.entry(from.name.clone()).or_insert_with(|| vec![0; from.count]);
         if self.sums.contains(to) {
-            self.summed.push((from.name.clone(), to.into(), pairs.collect()));
+            self.summed.push((from.name.clone(), to.into(), pairs));
         } else {
-            pairs.for_each(|(item, _)| reach[item] += 1);
+            pairs.iter().for_each(|(item, _)| reach[*item] += 1);
         }
     }
 
     /// Links two groups. There is at most one link from one group to another.
     pub fn link(&mut self, from: &Group, to: &Group, weights: impl IntoIterator<Item = Weight>) {
-        self.link_by(from, to, weights, Synapse::None);
+        self.lay(from, to, weights.into_iter().collect(), Synapse::None);
     }
 
     /// Links two groups through a synapse.
@@ -227,11 +227,14 @@ impl<'a, 's> Wiring<'a, 's> {
         weights: impl IntoIterator<Item = Weight>,
         synapse: Synapse,
     ) {
+        self.lay(from, to, weights.into_iter().collect(), synapse);
+    }
+
+    fn lay(&mut self, from: &Group, to: &Group, weights: Vec<Weight>, synapse: Synapse) {
         if self.is_cut(from) {
             return;
         }
-        let weights: Vec<Weight> = weights.into_iter().collect();
-        self.note(from, &to.name, weights.iter().map(|(item, to, _)| (*item, *to)));
+        self.note(from, &to.name, weights.iter().map(|(item, to, _)| (*item, *to)).collect());
         let name = format!("{}_to_{}", from.name, to.name);
         let link = self.scope.add(&name, Linear::sparse(from.count, to.count, weights));
         self.scope.connect(&from.out, &link.input, Synapse::None);

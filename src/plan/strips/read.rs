@@ -4,7 +4,7 @@
 //! case.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 
 use super::conditions::Scope;
 use super::formula::{Derived, Function};
@@ -334,57 +334,57 @@ impl DomainReader<'_> {
 
     /// Sorts the rules so that each follows those of the predicates in its condition.
     fn order_derived(&mut self, sections: &[Node]) -> Result<(), PddlFault> {
-        let key = |name: &str, arguments: usize| (name.to_owned(), arguments);
-        let mut needs: BTreeMap<(String, usize), BTreeSet<(String, usize)>> = BTreeMap::new();
+        let derived = self.domain.derived.iter();
+        let mut keys: Vec<(&str, usize)> =
+            derived.map(|rule| (&*rule.predicate, rule.parameters.len())).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let find = |name: &str, arguments: usize| keys.binary_search(&(name, arguments)).ok();
+        let of = |rule: &Derived| find(&rule.predicate, rule.parameters.len());
+        let mut needs: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); keys.len()];
         for rule in &self.domain.derived {
-            let needed = needs.entry(key(&rule.predicate, rule.parameters.len())).or_default();
+            let Some(own) = of(rule) else { continue };
             rule.condition.literals(&mut |literal| {
-                needed.insert(key(&literal.atom.predicate, literal.atom.arguments.len()));
+                needs[own].extend(find(&literal.atom.predicate, literal.atom.arguments.len()));
             });
         }
-        let mut waiting: HashMap<&(String, usize), Vec<&(String, usize)>> = HashMap::new();
-        let mut unmet: HashMap<&(String, usize), usize> = HashMap::new();
-        for (rule, needed) in &needs {
-            let needed = needed.iter().filter(|needed| needs.contains_key(needed));
-            for needed in needed {
-                waiting.entry(needed).or_default().push(rule);
-                *unmet.entry(rule).or_default() += 1;
-            }
+        let mut waiting: Vec<Vec<usize>> = vec![Vec::new(); keys.len()];
+        for (rule, needed) in needs.iter().enumerate() {
+            needed.iter().for_each(|needed| waiting[*needed].push(rule));
         }
-        let mut ready: BTreeSet<&(String, usize)> =
-            needs.keys().filter(|rule| !unmet.contains_key(rule)).collect();
-        let mut order: HashMap<&(String, usize), usize> = HashMap::new();
+        let mut unmet: Vec<usize> = needs.iter().map(BTreeSet::len).collect();
+        let mut ready: BTreeSet<usize> = (0..keys.len()).filter(|rule| unmet[*rule] == 0).collect();
+        let mut order: Vec<Option<usize>> = vec![None; keys.len()];
+        let mut placed = 0;
         while let Some(next) = ready.pop_first() {
-            order.insert(next, order.len());
-            for rule in waiting.get(next).into_iter().flatten() {
-                if let Some(unmet) = unmet.get_mut(rule) {
-                    *unmet -= 1;
-                    if *unmet == 0 {
-                        ready.insert(rule);
-                    }
+            order[next] = Some(placed);
+            placed += 1;
+            for rule in &waiting[next] {
+                unmet[*rule] -= 1;
+                if unmet[*rule] == 0 {
+                    ready.insert(*rule);
                 }
             }
         }
-        if order.len() < needs.len() {
+        if placed < keys.len() {
             // Each rule that is left waits for another or for itself.
-            let left: Vec<String> = needs
-                .keys()
-                .filter(|key| !order.contains_key(key))
-                .map(|(n, _)| n.clone())
-                .collect();
+            let left = keys.iter().zip(&order).filter(|(_, order)| order.is_none());
+            let left: Vec<&str> = left.map(|((name, _), _)| *name).collect();
             let mut rules = sections.iter().filter(|s| s.head() == Some(":derived"));
-            let place = rules.find(|s| {
-                tail(s).first().and_then(Node::head).is_some_and(|n| left.iter().any(|l| l == n))
-            });
+            let place = rules
+                .find(|s| tail(s).first().and_then(Node::head).is_some_and(|n| left.contains(&n)));
             let place = place.map_or(Place { line: 1, column: 1 }, |rule| rule.place);
             let names: Vec<String> =
                 left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
             let problem = format!("{} is derived by way of itself", names.join(" or "));
             return Err(self.source.fault(place, problem, "derived predicates without recursion"));
         }
-        let place =
-            |rule: &Derived| order.get(&key(&rule.predicate, rule.parameters.len())).copied();
-        self.domain.derived.sort_by_cached_key(place);
+        let places: Vec<Option<usize>> =
+            self.domain.derived.iter().map(|rule| of(rule).and_then(|own| order[own])).collect();
+        let mut placed: Vec<(Option<usize>, Derived)> =
+            places.into_iter().zip(std::mem::take(&mut self.domain.derived)).collect();
+        placed.sort_by_key(|(place, _)| *place);
+        self.domain.derived = placed.into_iter().map(|(_, rule)| rule).collect();
         Ok(())
     }
 

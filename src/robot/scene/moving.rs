@@ -15,12 +15,6 @@ use crate::robot::arm::frame::{frame_of, pose_of};
 const ABOVE_M: f64 = 1e-3;
 
 impl Scene {
-    /// Returns the pose of a fixture; `None` if there is no such fixture.
-    pub fn fixture(&self, index: usize) -> Option<Pose> {
-        let still = || self.spec().fixtures.get(index).map(|f| pose_of(&f.frame.frame()));
-        self.body(BodyId::Fixture(index)).or_else(still)
-    }
-
     /// Returns the handle of a part or a movable fixture; `None` if there is no such body.
     pub(super) fn handle(&self, body: BodyId) -> Option<RigidBodyHandle> {
         match body {

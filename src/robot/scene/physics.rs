@@ -46,7 +46,6 @@ use crate::robot::arm::bodies::{self, RobotBodies};
 use crate::robot::arm::frame::{frame_of, pose_of};
 use crate::robot::arm::kinematics::{self, Angles, JOINTS};
 use crate::robot::arm::{ArmSpec, BodyFrame};
-use crate::sim::SimDuration;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct PartBody {
@@ -152,11 +151,6 @@ impl Scene {
     /// Returns the wall time that the steps have taken.
     pub fn wall(&self) -> Duration {
         self.wall
-    }
-
-    /// Returns the duration of one step.
-    pub fn period(&self) -> SimDuration {
-        SimDuration::from_millis(self.spec.step_ms)
     }
 
     /// Returns the number of steps since the parts settled.

@@ -260,9 +260,14 @@ impl Scope<'_> {
     /// Adds a node at the scope's own path, for a module that is a single node.
     #[track_caller]
     pub fn leaf(&mut self, node: impl Node + 'static) -> NodePorts {
+        self.leaf_of(Arc::new(node))
+    }
+
+    #[track_caller]
+    fn leaf_of(&mut self, node: Arc<dyn Node>) -> NodePorts {
         let mut ports = PortDecl::default();
         node.declare(&mut ports);
-        self.push_here(Body::Node(Arc::new(node)), ports)
+        self.push_here(Body::Node(node), ports)
     }
 
     /// Adds a process at the scope's own path, for a module that is a single node.
@@ -406,7 +411,7 @@ impl Scope<'_> {
         &mut self,
         exposed: &str,
         handle: PortRef,
-        note: impl FnOnce(&mut PortDecl, usize, Arc<str>),
+        note: fn(&mut PortDecl, usize, Arc<str>),
     ) -> PortRef {
         let draft = &mut self.builder.draft;
         if !is_port_name(exposed) {

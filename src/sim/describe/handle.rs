@@ -88,16 +88,21 @@ pub struct NodePorts {
 impl NodePorts {
     /// Returns the input `name`.
     pub fn input<K: Kind>(&self, name: &str) -> In<K> {
-        In::new(self.find::<K>(&self.inputs, name))
+        In::new(self.find(&self.inputs, name, TypeId::of::<K>(), K::label))
     }
 
     /// Returns the output `name`.
     pub fn output<K: Kind>(&self, name: &str) -> Out<K> {
-        Out::new(self.find::<K>(&self.outputs, name))
+        Out::new(self.find(&self.outputs, name, TypeId::of::<K>(), K::label))
     }
 
-    fn find<K: Kind>(&self, ports: &[(String, TypeId, String)], name: &str) -> PortRef {
-        let kind = TypeId::of::<K>();
+    fn find(
+        &self,
+        ports: &[(String, TypeId, String)],
+        name: &str,
+        kind: TypeId,
+        label: fn() -> String,
+    ) -> PortRef {
         match ports.iter().position(|(n, k, _)| n == name && *k == kind) {
             Some(port) => {
                 let name = format!("{}.{name}", self.path).into();
@@ -106,7 +111,7 @@ impl NodePorts {
             None => PortRef::Unknown {
                 node: self.path.clone(),
                 port: name.into(),
-                kind: K::label(),
+                kind: label(),
                 choices: ports.iter().map(|(n, _, label)| format!("{n}: {label}")).collect(),
             },
         }

@@ -55,6 +55,11 @@ pub enum Interpolation {
 #[doc(alias = "PresentInput")]
 pub struct Stimulus<K: Kind> {
     spec: OutputSpec<K>,
+    course: Course,
+}
+
+/// How the value changes, whatever its kind.
+struct Course {
     rest: Vec<Real>,
     entries: Vec<Vec<Real>>,
     starts: Vec<SimDuration>,
@@ -154,7 +159,7 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
 
     /// Changes the pointer to the zero vector at `time`, which must be later than the time of the previous change.
     pub fn silent_from(self, time: SimDuration) -> Self {
-        let width = self.rest.len();
+        let width = self.course.rest.len();
         self.then(time, &vec![0.0; width])
     }
 }
@@ -162,47 +167,49 @@ impl<V: VocabTag> Stimulus<Pointer<V>> {
 impl<K: Kind> Stimulus<K> {
     /// Creates a stimulus of any kind that starts as `rest`.
     pub(super) fn new(spec: OutputSpec<K>, rest: Vec<Real>) -> Self {
-        Self {
-            spec,
+        let course = Course {
             rest,
             entries: Vec::new(),
             starts: Vec::new(),
             interpolation: Interpolation::Hold,
             every: None,
             curvatures: Vec::new(),
-        }
+        };
+        Self { spec, course }
     }
 
     fn rows(spec: OutputSpec<K>, rows: Vec<Vec<Real>>, each: SimDuration) -> Self {
         let times = |n: usize| SimDuration::from_micros(each.as_micros().saturating_mul(n as u64));
-        let rest = rows.first().cloned().unwrap_or_else(|| vec![0.0]);
-        let starts = (0..rows.len()).map(times).collect();
-        Self { starts, every: Some(times(rows.len())), entries: rows, ..Self::new(spec, rest) }
+        let mut stimulus = Self::new(spec, rows.first().cloned().unwrap_or_else(|| vec![0.0]));
+        stimulus.course.starts = (0..rows.len()).map(times).collect();
+        stimulus.course.every = Some(times(rows.len()));
+        stimulus.course.entries = rows;
+        stimulus
     }
 
     /// Sets how the value goes from one to the next.
     pub fn interpolate(mut self, interpolation: Interpolation) -> Self {
-        self.interpolation = interpolation;
+        self.course.interpolation = interpolation;
         self
     }
 
     /// Begins again whenever a time of `every` has passed. It must be longer than the time of the last change; `build`
     /// reports a shorter one.
     pub fn repeat(mut self, every: SimDuration) -> Self {
-        self.every = Some(every);
+        self.course.every = Some(every);
         self
     }
 
     fn then(mut self, time: SimDuration, values: &[Real]) -> Self {
-        self.starts.push(time);
-        self.entries.push(values.to_vec());
+        self.course.starts.push(time);
+        self.course.entries.push(values.to_vec());
         self
     }
 }
 
-impl<K: Kind> Node for Stimulus<K> {
-    fn declare(&self, ports: &mut PortDecl) {
-        let width = AnyOutput::from(self.spec.clone()).width();
+impl Course {
+    fn declare(&self, ports: &mut PortDecl, spec: AnyOutput) {
+        let width = spec.width();
         for values in self.entries.iter().chain([&self.rest]) {
             if values.len() != width {
                 ports.fault(format!("a value has {} numbers; expected {width}", values.len()));
@@ -227,7 +234,7 @@ impl<K: Kind> Node for Stimulus<K> {
                 self.starts.len()
             ));
         }
-        ports.output("out", self.spec.clone());
+        ports.output("out", spec);
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
@@ -268,12 +275,8 @@ impl<K: Kind> Node for Stimulus<K> {
             *out = spline::cubic(ends, bend, whole * 1e-6, share) as Real;
         }
     }
-}
-
-impl<K: Kind> Module for Stimulus<K> {
-    type Ports = Out<K>;
-
-    fn expand(mut self, scope: &mut Scope<'_>) -> Out<K> {
+    /// Adds the value at the beginning, and the curvatures of a spline.
+    fn prepare(&mut self) {
         if self.interpolation != Interpolation::Hold
             && self.starts.first() != Some(&SimDuration::ZERO)
         {
@@ -291,6 +294,28 @@ impl<K: Kind> Module for Stimulus<K> {
             };
             self.curvatures = (0..width).map(of).collect();
         }
+    }
+}
+
+impl<K: Kind> Node for Stimulus<K> {
+    fn declare(&self, ports: &mut PortDecl) {
+        self.course.declare(ports, self.spec.clone().into());
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        self.course.fingerprint(hash);
+    }
+
+    fn emit(&self, cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
+        self.course.emit(cx, io);
+    }
+}
+
+impl<K: Kind> Module for Stimulus<K> {
+    type Ports = Out<K>;
+
+    fn expand(mut self, scope: &mut Scope<'_>) -> Out<K> {
+        self.course.prepare();
         scope.leaf(self).output("out")
     }
 }

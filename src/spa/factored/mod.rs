@@ -238,4 +238,5 @@ fn grouped(starts: &[usize], terms: &[(u32, Real)]) -> Vec<Group> {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/unit/factored_memory.rs"]
 mod tests;

@@ -87,12 +87,7 @@ impl ValueGate<Scalar> {
     }
 }
 
-impl ValueGate<Vector> {
-    /// Makes a gate for vectors of `width` components between -1 and 1.
-    pub fn vector(width: usize) -> Self {
-        Self::of(width)
-    }
-}
+impl ValueGate<Vector> {}
 
 impl<K: FlowKind> ValueGate<K> {
     pub(super) fn of(shape: K::Shape) -> Self {

@@ -1,5 +1,7 @@
 //! Linear nodes: fixed maps between ports. They cost no tick.
 
+use std::fmt::Display;
+
 use super::maps::{Rows, Sparse, Spread, WeightedRows};
 use crate::sim::Ports;
 use crate::sim::{
@@ -102,7 +104,7 @@ impl<A: VocabTag> Linear<Pointer<A>, Vector> {
         space: &Space<A>,
         keys: impl IntoIterator<Item = PointerRef<'p, A>>,
     ) -> Self {
-        let (matrix, fault) = stacked(space, keys);
+        let (matrix, fault) = stacked(space, keys.into_iter());
         let map = Rows { matrix, dim: space.width() };
         let count = map.output_width();
         Self::new(InputSpec::pointer(space), OutputSpec::vector(count), Box::new(map))
@@ -119,7 +121,7 @@ impl<B: VocabTag> Linear<Vector, Pointer<B>> {
         space: &Space<B>,
         values: impl IntoIterator<Item = PointerRef<'p, B>>,
     ) -> Self {
-        let (matrix, fault) = stacked(space, values);
+        let (matrix, fault) = stacked(space, values.into_iter());
         let map = WeightedRows { matrix, dim: space.width() };
         let count = map.input_width();
         Self::new(InputSpec::vector(count), OutputSpec::pointer(space), Box::new(map))
@@ -132,13 +134,21 @@ impl<B: VocabTag> Linear<Vector, Pointer<B>> {
 /// faults.
 fn stacked<'p, V: VocabTag>(
     space: &Space<V>,
-    pointers: impl IntoIterator<Item = PointerRef<'p, V>>,
+    pointers: impl Iterator<Item = PointerRef<'p, V>>,
 ) -> (Vec<Real>, Option<String>) {
-    let dim = space.width();
+    let mut rows = pointers.map(PointerRef::values);
+    stacked_rows(space, space.width(), &mut rows)
+}
+
+fn stacked_rows(
+    space: &dyn Display,
+    dim: usize,
+    rows: &mut dyn Iterator<Item = &[Real]>,
+) -> (Vec<Real>, Option<String>) {
     let (mut matrix, mut fault) = (Vec::new(), None);
-    for (index, pointer) in pointers.into_iter().enumerate() {
+    for (index, pointer) in rows.enumerate() {
         if pointer.len() == dim {
-            matrix.extend_from_slice(&pointer);
+            matrix.extend_from_slice(pointer);
             continue;
         }
         matrix.resize(matrix.len() + dim, 0.0);
@@ -233,23 +243,30 @@ impl Linear<Vector, Scalar> {
     }
 }
 
+/// Declares the ports of a map, of any kinds: compiled once.
+fn declare(
+    ports: &mut PortDecl,
+    (input, output): (AnyInput, AnyOutput),
+    map: &dyn LinearMap,
+    fault: Option<&str>,
+) {
+    if let Some(fault) = fault {
+        ports.fault(fault);
+    }
+    let (takes, gives) = (input.width(), output.width());
+    let (from, to) = (map.input_width(), map.output_width());
+    if (takes, gives) != (from, to) {
+        ports.fault(format!(
+            "the map takes {from} and gives {to} numbers; the ports take {takes} and give {gives}; expected equal widths"
+        ));
+    }
+    ports.input("in", input).output("out", output).scratch(map.scratch());
+}
+
 impl<A: Kind, B: Kind> Node for Linear<A, B> {
     fn declare(&self, ports: &mut PortDecl) {
-        if let Some(fault) = &self.fault {
-            ports.fault(fault.clone());
-        }
-        let (takes, gives) = widths(&self.input, &self.output);
-        if (takes, gives) != (self.map.input_width(), self.map.output_width()) {
-            ports.fault(format!(
-                "the map takes {} and gives {} numbers; the ports take {takes} and give {gives}; expected equal widths",
-                self.map.input_width(),
-                self.map.output_width()
-            ));
-        }
-        ports
-            .input("in", self.input.clone())
-            .output("out", self.output.clone())
-            .scratch(self.map.scratch());
+        let (input, output) = (self.input.clone().into(), self.output.clone().into());
+        declare(ports, (input, output), &*self.map, self.fault.as_deref());
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {

@@ -10,7 +10,6 @@ use crate::sim::{
     Scope, Space, Synapse, Vector, VocabTag,
 };
 use crate::spa::error::VocabError;
-use crate::spa::pointer::PointerValue;
 use crate::spa::vocabulary::Vocabulary;
 
 /// Ports of a memory with keys of vocabulary `A` and values of vocabulary `B`.
@@ -40,10 +39,24 @@ pub struct MemoryPorts<A: VocabTag, B: VocabTag> {
 pub struct AssociativeMemory<A: VocabTag, B: VocabTag> {
     keys: Space<A>,
     values: Space<B>,
-    pairs: Vec<(PointerValue<A>, PointerValue<B>)>,
+    pairs: Vec<[Vec<Real>; 2]>,
     rule: SelectRule,
     synapse: Synapse,
     otherwise: Option<Vec<Real>>,
+}
+
+type Parse<'v> = &'v dyn Fn(&str) -> Result<Vec<Real>, VocabError>;
+
+fn parsed(
+    pairs: Vec<(&str, &str)>,
+    parse_key: Parse<'_>,
+    parse_value: Parse<'_>,
+) -> Result<Vec<[Vec<Real>; 2]>, VocabError> {
+    if pairs.is_empty() {
+        let reason = "the memory has no items; expected at least one".into();
+        return Err(VocabError::BadVector { name: "memory".into(), reason });
+    }
+    pairs.into_iter().map(|(key, value)| Ok([parse_key(key)?, parse_value(value)?])).collect()
 }
 
 impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
@@ -58,22 +71,11 @@ impl<A: VocabTag, B: VocabTag> AssociativeMemory<A, B> {
         pairs: impl IntoIterator<Item = (&'p str, &'p str)>,
         rule: SelectRule,
     ) -> Result<Self, VocabError> {
-        let pairs: Vec<_> = pairs
-            .into_iter()
-            .map(|(key, value)| Ok((keys.parse(key)?, values.parse(value)?)))
-            .collect::<Result<_, VocabError>>()?;
-        if pairs.is_empty() {
-            let reason = "the memory has no items; expected at least one".into();
-            return Err(VocabError::BadVector { name: "memory".into(), reason });
-        }
-        Ok(Self {
-            keys: keys.space().clone(),
-            values: values.space().clone(),
-            pairs,
-            rule,
-            synapse: FEED_FORWARD,
-            otherwise: None,
-        })
+        let key = |text: &str| Ok(keys.parse(text)?.into_values());
+        let value = |text: &str| Ok(values.parse(text)?.into_values());
+        let pairs = parsed(pairs.into_iter().collect(), &key, &value)?;
+        let (keys, values) = (keys.space().clone(), values.space().clone());
+        Ok(Self { keys, values, pairs, rule, synapse: FEED_FORWARD, otherwise: None })
     }
 
     /// Sets the default output: the pointer that is recalled while no item is chosen, another synapse (5 ms) later.
@@ -110,11 +112,11 @@ impl<A: VocabTag, B: VocabTag> Module for AssociativeMemory<A, B> {
 
     fn expand(self, scope: &mut Scope<'_>) -> MemoryPorts<A, B> {
         let items = self.pairs.len();
-        let keys = self.pairs.iter().map(|(key, _)| key.as_pointer());
+        let keys = self.pairs.iter().map(|[key, _]| PointerRef::from_raw(key));
         let similarity = scope.add("similarity", Linear::similarities(&self.keys, keys));
         let select: SelectPorts = scope.select("select", Select::new(items, self.rule));
         let active = scope.add("items", Add::vector(items));
-        let values = self.pairs.iter().map(|(_, value)| value.as_pointer());
+        let values = self.pairs.iter().map(|[_, value]| PointerRef::from_raw(value));
         let recall = scope.add("recall", Linear::combination(&self.values, values));
         scope.connect(&similarity.output, &select.input, Synapse::None);
         scope.connect(&select.output, &active.input, self.synapse);

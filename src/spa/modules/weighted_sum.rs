@@ -39,12 +39,15 @@ impl<V: VocabTag> Superpose<Pointer<V>> {
     }
 }
 
+fn check_finite(weights: &[Real], constant: &[Real], ports: &mut PortDecl) {
+    if let Some(wrong) = weights.iter().chain(constant).find(|value| !value.is_finite()) {
+        ports.fault(format!("the sum has the number {wrong}; expected finite numbers"));
+    }
+}
+
 impl<K: Kind> Node for Superpose<K> {
     fn declare(&self, ports: &mut PortDecl) {
-        let mut numbers = self.weights.iter().chain(&self.constant);
-        if let Some(wrong) = numbers.find(|value| !value.is_finite()) {
-            ports.fault(format!("the sum has the number {wrong}; expected finite numbers"));
-        }
+        check_finite(&self.weights, &self.constant, ports);
         for index in 0..self.weights.len() {
             ports.input(&format!("in{index}"), self.specs.0.clone());
         }

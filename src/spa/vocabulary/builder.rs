@@ -55,6 +55,12 @@ struct Frame {
 /// # Ok::<(), symbolt::spa::VocabError>(())
 /// ```
 pub struct VocabularyBuilder<V: VocabTag> {
+    recipe: Recipe,
+    tag: PhantomData<fn() -> V>,
+}
+
+/// What a builder collects, whatever the tag: the code that draws is compiled once.
+struct Recipe {
     dim: usize,
     seed: Seed,
     algebra: Arc<dyn Algebra>,
@@ -64,14 +70,13 @@ pub struct VocabularyBuilder<V: VocabTag> {
     frames: Vec<Frame>,
     /// Identity of the space and the pointers of the vocabulary that grows.
     base: Option<(u64, Content)>,
-    tag: PhantomData<fn() -> V>,
 }
 
 impl<V: VocabTag> VocabularyBuilder<V> {
     /// Starts a vocabulary of `dim` dimensions, with holographic reduced representations ([`Hrr`]) and a similarity
     /// ceiling of 0.1. [`build`](Self::build) checks `dim`.
     pub fn new(dim: usize, seed: Seed) -> Self {
-        Self {
+        let recipe = Recipe {
             dim,
             seed,
             algebra: Arc::new(Hrr),
@@ -80,8 +85,8 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             entries: Vec::new(),
             frames: Vec::new(),
             base: None,
-            tag: PhantomData,
-        }
+        };
+        Self { recipe, tag: PhantomData }
     }
 
     /// Starts with the pointers, algebra, seed and ceiling of a vocabulary, and keeps its space.
@@ -89,25 +94,28 @@ impl<V: VocabTag> VocabularyBuilder<V> {
         let base = Some((id, content.clone()));
         let algebra = content.algebra.clone();
         let (ceiling, best_of) = (content.ceiling, content.best_of);
-        Self { algebra, ceiling, best_of, base, ..Self::new(content.dim, content.seed) }
+        let (dim, seed, tag) = (content.dim, content.seed, PhantomData);
+        let (entries, frames) = (Vec::new(), Vec::new());
+        let recipe = Recipe { dim, seed, algebra, ceiling, best_of, entries, frames, base };
+        Self { recipe, tag }
     }
 
     /// Sets the algebra. The default is [`Hrr`].
     pub fn algebra(mut self, algebra: impl Algebra + 'static) -> Self {
-        self.algebra = Arc::new(algebra);
+        self.recipe.algebra = Arc::new(algebra);
         self
     }
 
     /// Sets the similarity ceiling (default 0.1): the greatest magnitude of the dot product between a random pointer
     /// and any pointer added before it. It must be above 0 and at most 1; [`build`](Self::build) checks it.
     pub fn max_similarity(mut self, ceiling: Real) -> Self {
-        self.ceiling = Some(ceiling);
+        self.recipe.ceiling = Some(ceiling);
         self
     }
 
     /// Removes the similarity ceiling: the first vector drawn for a name is taken.
     pub fn any_similarity(mut self) -> Self {
-        self.ceiling = None;
+        self.recipe.ceiling = None;
         self
     }
 
@@ -125,7 +133,7 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     /// # Ok::<(), symbolt::spa::VocabError>(())
     /// ```
     pub fn or_best_of(mut self, draws: u64) -> Self {
-        self.best_of = Some(draws.max(1));
+        self.recipe.best_of = Some(draws.max(1));
         self
     }
 
@@ -133,19 +141,19 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     ///
     /// A name is an upper-case letter followed by letters, digits and `_`. [`build`](Self::build) checks it.
     pub fn pointer(mut self, name: impl Into<String>) -> Self {
-        self.entries.push((name.into(), Entry::Random));
+        self.recipe.entries.push((name.into(), Entry::Random));
         self
     }
 
     /// Adds a random unit vector for each name.
     pub fn pointers<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
-        self.entries.extend(names.into_iter().map(|n| (n.into(), Entry::Random)));
+        self.recipe.entries.extend(names.into_iter().map(|n| (n.into(), Entry::Random)));
         self
     }
 
     /// Adds a random unitary vector called `name`. Unbinding a unitary vector is exact, so it is a good role.
     pub fn unitary(mut self, name: impl Into<String>) -> Self {
-        self.entries.push((name.into(), Entry::Unitary));
+        self.recipe.entries.push((name.into(), Entry::Unitary));
         self
     }
 
@@ -153,7 +161,9 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     /// to them. More names than dimensions are an error of [`build`](Self::build).
     pub fn orthonormal<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
         let numbered = names.into_iter().enumerate();
-        self.entries.extend(numbered.map(|(index, name)| (name.into(), Entry::Orthonormal(index))));
+        self.recipe
+            .entries
+            .extend(numbered.map(|(index, name)| (name.into(), Entry::Orthonormal(index))));
         self
     }
 
@@ -181,15 +191,15 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     }
 
     fn framed(mut self, rows: impl Iterator<Item = (String, Option<String>)>) -> Self {
-        let (number, mut frame) = (self.frames.len(), Frame::default());
+        let (number, mut frame) = (self.recipe.frames.len(), Frame::default());
         for (row, (name, role)) in rows.enumerate() {
             if row == 0 {
                 frame.first.clone_from(&name);
             }
-            self.entries.push((name, Entry::Framed(number, row)));
+            self.recipe.entries.push((name, Entry::Framed(number, row)));
             frame.roles.push(role);
         }
-        self.frames.push(frame);
+        self.recipe.frames.push(frame);
         self
     }
 
@@ -233,14 +243,14 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     /// # Ok::<(), symbolt::spa::VocabError>(())
     /// ```
     pub fn vector(mut self, name: impl Into<String>, value: &impl AsPointer<V>) -> Self {
-        self.entries.push((name.into(), Entry::Given(value.as_pointer().to_vec())));
+        self.recipe.entries.push((name.into(), Entry::Given(value.as_pointer().to_vec())));
         self
     }
 
     /// Adds the value of an expression over the names added before, for example `ROLE * NUT`. The value is not
     /// normalised. [`build`](Self::build) checks the expression.
     pub fn define(mut self, name: impl Into<String>, expression: impl Into<String>) -> Self {
-        self.entries.push((name.into(), Entry::Defined(expression.into())));
+        self.recipe.entries.push((name.into(), Entry::Defined(expression.into())));
         self
     }
 
@@ -260,6 +270,14 @@ impl<V: VocabTag> VocabularyBuilder<V> {
     /// - [`VocabError::BadVector`] if a given or computed vector has the wrong length or is not finite;
     /// - [`VocabError::Syntax`] or [`VocabError::Unknown`] if an expression cannot be evaluated.
     pub fn build(self) -> Result<Vocabulary<V>, VocabError> {
+        let (id, content) = self.recipe.build(V::NAME)?;
+        Ok(Vocabulary::of(id, content))
+    }
+}
+
+impl Recipe {
+    /// Draws the pointers of the vocabulary `tag`. Also returns the id of its space.
+    fn build(self, tag: &str) -> Result<(u64, Content), VocabError> {
         self.algebra.check_dim(self.dim)?;
         if let Some(ceiling) = self.ceiling
             && !(ceiling > 0.0 && ceiling <= 1.0)
@@ -272,11 +290,11 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             let (keeps, other) = (base.algebra.name(), self.algebra.name());
             let reason =
                 format!("a grown vocabulary keeps its algebra {keeps}; it cannot have {other}");
-            return Err(VocabError::BadVector { name: V::NAME.into(), reason });
+            return Err(VocabError::BadVector { name: tag.into(), reason });
         }
         let names: Vec<&str> = self.entries.iter().map(|(n, _)| n.as_str()).collect();
         let identity =
-            format!("{}\0{}\0{}\0{}", V::NAME, self.dim, self.algebra.name(), names.join("\0"));
+            format!("{}\0{}\0{}\0{}", tag, self.dim, self.algebra.name(), names.join("\0"));
         let (id, mut content) = self.base.map_or_else(
             || {
                 let content = Content {
@@ -313,23 +331,23 @@ impl<V: VocabTag> VocabularyBuilder<V> {
                 return Err(VocabError::Duplicate { name });
             }
             let vector = match entry {
-                Entry::Random => content.draw::<V>(&name, false, most, &mut work)?,
-                Entry::Unitary => content.draw::<V>(&name, true, most, &mut work)?,
-                Entry::Orthonormal(before) => content.orthonormal::<V>(&name, before)?,
+                Entry::Random => content.draw(tag, &name, false, most, &mut work)?,
+                Entry::Unitary => content.draw(tag, &name, true, most, &mut work)?,
+                Entry::Orthonormal(before) => content.orthonormal(tag, &name, before)?,
                 Entry::Framed(frame, row) => {
                     let Frame { roles, first } = &self.frames[frame];
                     if frames[frame].is_empty() {
-                        let own = self.seed.derive(V::NAME, first).derive_index("frame", 0);
+                        let own = self.seed.derive(tag, first).derive_index("frame", 0);
                         frames[frame] = tight_frame(roles.len(), self.dim, &mut own.rng());
                     }
                     let row_of = &frames[frame][row * self.dim..(row + 1) * self.dim];
                     match &roles[row] {
                         None => row_of.to_vec(),
-                        Some(role) => content.without_role::<V>(row_of, role, &mut work)?,
+                        Some(role) => content.without_role(tag, row_of, role, &mut work)?,
                     }
                 }
                 Entry::Given(values) => check_vector(&name, values, self.dim)?,
-                Entry::Defined(text) => content.parse::<V>(&text)?.into_values(),
+                Entry::Defined(text) => content.parse(tag, &text)?,
             };
             content.push(name, &vector);
         }
@@ -339,20 +357,21 @@ impl<V: VocabTag> VocabularyBuilder<V> {
             hash.text(&identity).reals(&content.vectors);
             self.seed.derive_index("space", hash.value()).value()
         });
-        Ok(Vocabulary::of(id, content))
+        Ok((id, content))
     }
 }
 
 impl Content {
     /// Draws up to `most` vectors for a name, until one keeps the ceiling.
-    fn draw<V: VocabTag>(
+    fn draw(
         &self,
+        tag: &str,
         name: &str,
         unitary: bool,
         most: u64,
         work: &mut Workspace,
     ) -> Result<Vec<Real>, VocabError> {
-        let own = self.seed.derive(V::NAME, name);
+        let own = self.seed.derive(tag, name);
         let attempts = if self.names.is_empty() { 1 } else { most };
         let (mut best, mut nearest, mut kept) = (Real::INFINITY, 0, None);
         for attempt in 0..attempts {
@@ -396,13 +415,14 @@ impl Content {
     }
 
     /// Returns the vector that is `bound` once it is bound to a unitary role.
-    fn without_role<V: VocabTag>(
+    fn without_role(
         &self,
+        tag: &str,
         bound: &[Real],
         role: &str,
         work: &mut Workspace,
     ) -> Result<Vec<Real>, VocabError> {
-        let role_of = self.row(self.position::<V>(role)?);
+        let role_of = self.row(self.position(tag, role)?);
         let (mut inverse, mut vector, mut back) =
             (vec![0.0; self.dim], vec![0.0; self.dim], vec![0.0; self.dim]);
         self.algebra.inverse_into(role_of, &mut inverse);
@@ -417,7 +437,7 @@ impl Content {
     }
 
     /// Draws a unit vector at right angles to the last `before` pointers.
-    fn orthonormal<V: VocabTag>(&self, name: &str, before: usize) -> Result<Vec<Real>, VocabError> {
+    fn orthonormal(&self, tag: &str, name: &str, before: usize) -> Result<Vec<Real>, VocabError> {
         if before >= self.dim {
             let reason = format!(
                 "{} pointers cannot all be at right angles in {} dimensions",
@@ -426,7 +446,7 @@ impl Content {
             );
             return Err(VocabError::BadVector { name: name.into(), reason });
         }
-        let own = self.seed.derive(V::NAME, name).derive_index("pointer", 0);
+        let own = self.seed.derive(tag, name).derive_index("pointer", 0);
         let mut vector = random_pointer(self.dim, own);
         let others = &self.vectors[self.vectors.len() - before * self.dim..];
         // Twice, because one pass leaves the rounding errors of the first projections.

@@ -1,17 +1,16 @@
 //! Evaluates expressions over the names of a vocabulary.
 
 use super::{Content, check_vector};
-use crate::sim::{Real, VocabTag, nearest_name};
+use crate::sim::{Real, nearest_name};
 use crate::spa::algebra::Workspace;
 use crate::spa::error::VocabError;
 use crate::spa::expr::{self, Expr};
-use crate::spa::pointer::PointerValue;
 
 impl Content {
-    /// Returns the index of a name.
-    pub(super) fn position<V: VocabTag>(&self, name: &str) -> Result<usize, VocabError> {
+    /// Returns the index of a name. `vocabulary` is the name of the vocabulary in an error.
+    pub(super) fn position(&self, vocabulary: &str, name: &str) -> Result<usize, VocabError> {
         self.index.get(name).copied().ok_or_else(|| VocabError::Unknown {
-            vocabulary: V::NAME.into(),
+            vocabulary: vocabulary.into(),
             name: name.into(),
             nearest: nearest_name(name, self.names.iter().map(String::as_str)),
             choices: self.names.clone(),
@@ -19,16 +18,12 @@ impl Content {
     }
 
     /// Evaluates an expression, as [`Vocabulary::parse`](super::Vocabulary::parse) says.
-    pub(super) fn parse<V: VocabTag>(&self, text: &str) -> Result<PointerValue<V>, VocabError> {
+    pub(super) fn parse(&self, vocabulary: &str, text: &str) -> Result<Vec<Real>, VocabError> {
         let expr = expr::parse(text)?;
         let mut work = self.algebra.scratch(self.dim);
-        match self.evaluate::<V>(&expr, text, &mut work)? {
-            Value::Vector(values) => {
-                Ok(PointerValue::new(check_vector(text, values, self.dim)?, text.trim().to_owned()))
-            }
-            Value::Number(0.0) => {
-                Ok(PointerValue::new(vec![0.0; self.dim], text.trim().to_owned()))
-            }
+        match self.evaluate(vocabulary, &expr, text, &mut work)? {
+            Value::Vector(values) => check_vector(text, values, self.dim),
+            Value::Number(0.0) => Ok(vec![0.0; self.dim]),
             Value::Number(_) => Err(VocabError::Syntax {
                 text: text.into(),
                 at: 0,
@@ -38,8 +33,9 @@ impl Content {
         }
     }
 
-    fn evaluate<V: VocabTag>(
+    fn evaluate(
         &self,
+        vocabulary: &str,
         expr: &Expr,
         text: &str,
         work: &mut Workspace,
@@ -53,17 +49,17 @@ impl Content {
         Ok(match expr {
             Expr::Number(value) => Value::Number(*value),
             Expr::Name { name, .. } => {
-                let index = self.position::<V>(name)?;
+                let index = self.position(vocabulary, name)?;
                 Value::Vector(self.row(index).to_vec())
             }
-            Expr::Negate(inner) => match self.evaluate::<V>(inner, text, work)? {
+            Expr::Negate(inner) => match self.evaluate(vocabulary, inner, text, work)? {
                 Value::Number(value) => Value::Number(-value),
                 Value::Vector(mut values) => {
                     values.iter_mut().for_each(|v| *v = -*v);
                     Value::Vector(values)
                 }
             },
-            Expr::Invert(inner, at) => match self.evaluate::<V>(inner, text, work)? {
+            Expr::Invert(inner, at) => match self.evaluate(vocabulary, inner, text, work)? {
                 Value::Number(_) => return Err(syntax(*at, "`~` before a number", "a pointer")),
                 Value::Vector(values) => {
                     let mut inverse = vec![0.0; values.len()];
@@ -74,8 +70,8 @@ impl Content {
             Expr::Add(left, right, at) | Expr::Subtract(left, right, at) => {
                 let sign = if matches!(expr, Expr::Add(..)) { 1.0 } else { -1.0 };
                 match (
-                    self.evaluate::<V>(left, text, work)?,
-                    self.evaluate::<V>(right, text, work)?,
+                    self.evaluate(vocabulary, left, text, work)?,
+                    self.evaluate(vocabulary, right, text, work)?,
                 ) {
                     (Value::Number(a), Value::Number(b)) => Value::Number(a + f64::from(sign) * b),
                     (Value::Vector(mut a), Value::Vector(b)) => {
@@ -90,8 +86,8 @@ impl Content {
             }
             Expr::Times(left, right) => {
                 match (
-                    self.evaluate::<V>(left, text, work)?,
-                    self.evaluate::<V>(right, text, work)?,
+                    self.evaluate(vocabulary, left, text, work)?,
+                    self.evaluate(vocabulary, right, text, work)?,
                 ) {
                     (Value::Number(a), Value::Number(b)) => Value::Number(a * b),
                     (Value::Number(k), Value::Vector(mut values))

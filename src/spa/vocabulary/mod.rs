@@ -181,7 +181,7 @@ impl<V: VocabTag> Vocabulary<V> {
     /// # Errors
     /// [`VocabError::Unknown`] if there is no such name; the error lists all names.
     pub fn position(&self, name: &str) -> Result<usize, VocabError> {
-        self.content.position::<V>(name)
+        self.content.position(V::NAME, name)
     }
 
     /// Evaluates an expression such as `PRECONDITION * (NUT_IN_JIG + BOLT_IN_JIG)`.
@@ -194,6 +194,6 @@ impl<V: VocabTag> Vocabulary<V> {
     /// - [`VocabError::Unknown`] if a name is not in the vocabulary;
     /// - [`VocabError::BadVector`] if the value is not finite.
     pub fn parse(&self, text: &str) -> Result<PointerValue<V>, VocabError> {
-        self.content.parse(text)
+        Ok(PointerValue::new(self.content.parse(V::NAME, text)?, text.trim().to_owned()))
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Content;
-use crate::sim::{Graph, Real, VocabTag};
+use crate::sim::{Graph, Real};
 use crate::spa::error::VocabError;
 
 /// The vocabulary whose pointers an output of a graph carries, found by the output's name.
@@ -25,13 +25,6 @@ use crate::spa::error::VocabError;
 /// ```
 pub struct OutputVocabulary(Arc<Content>);
 
-/// The vocabulary's tag in messages.
-struct OfOutput;
-
-impl VocabTag for OfOutput {
-    const NAME: &'static str = "of the output";
-}
-
 impl OutputVocabulary {
     /// Returns the vocabulary of an output, named as in [`Graph::output`]. `None` if there is no such output, or if it carries
     /// no pointers of a vocabulary.
@@ -51,6 +44,6 @@ impl OutputVocabulary {
     /// # Errors
     /// As there.
     pub fn parse(&self, text: &str) -> Result<Vec<Real>, VocabError> {
-        Ok(self.0.parse::<OfOutput>(text)?.into_values())
+        self.0.parse("of the output", text)
     }
 }

@@ -148,11 +148,15 @@ impl Cell {
     /// # Errors
     /// [`TaskError::CellSetting`] if the cell has no such setting, or if it is none of the names.
     pub fn choice<T: Clone>(&self, setting: &str, choices: &[(&str, T)]) -> Result<T, TaskError> {
-        let chosen = choices.iter().find(|(name, _)| self.is(setting, name));
-        chosen.map(|(_, choice)| choice.clone()).ok_or_else(|| {
-            let names: Vec<String> = choices.iter().map(|(name, _)| format!("`{name}`")).collect();
-            self.fault(setting, format!("one of {}", names.join(", ")))
-        })
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        Ok(choices[self.chosen(setting, &names)?].1.clone())
+    }
+
+    fn chosen(&self, setting: &str, names: &[&str]) -> Result<usize, TaskError> {
+        names
+            .iter()
+            .position(|name| self.is(setting, name))
+            .ok_or_else(|| self.fault(setting, format!("one of `{}`", names.join("`, `"))))
     }
 
     fn fault(&self, setting: &str, expected: String) -> TaskError {

@@ -63,9 +63,13 @@ impl Row {
 impl Results {
     /// Returns the points that `mark` makes of the rows whose settings have all values of the JSON object `wanted`.
     pub fn marks(&self, wanted: &Value, mark: impl Fn(&Row) -> Option<Mark>) -> Vec<Mark> {
+        self.rows_with(wanted).into_iter().filter_map(mark).collect()
+    }
+
+    fn rows_with(&self, wanted: &Value) -> Vec<&Row> {
         let wanted: Vec<_> = wanted.as_object().into_iter().flatten().collect();
         let own = |row: &&Row| wanted.iter().all(|(setting, value)| row.is(setting, value));
-        self.rows.iter().filter(own).filter_map(mark).collect()
+        self.rows.iter().filter(own).collect()
     }
 
     /// Returns the object that `--json` prints and `results.json` holds.

@@ -141,11 +141,6 @@ impl Network {
         self.neurons
     }
 
-    /// Returns the graph.
-    pub fn graph(&self) -> &Arc<Graph> {
-        &self.graph
-    }
-
     /// Answers all queries and reads the answers at each of the times `at` after the onset of a query, in rising order
     /// and at most the time of a query. Returns a score for each of the times.
     ///

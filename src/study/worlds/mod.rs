@@ -57,6 +57,7 @@ mod run;
 mod score;
 mod spec;
 #[cfg(test)]
+#[path = "../../../tests/unit/study_worlds.rs"]
 mod tests;
 mod truth;
 

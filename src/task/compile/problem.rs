@@ -179,12 +179,6 @@ impl<'d> Problem<'d> {
         &self.goals
     }
 
-    /// Returns the undecided needs that the planner does without, because nothing achieves them here, as pairs of
-    /// operator and need.
-    pub fn dropped(&self) -> Vec<(usize, usize)> {
-        self.undecided().filter(|need| !self.in_force.contains(need)).collect()
-    }
-
     /// Returns all undecided needs, as pairs of operator and need.
     pub(crate) fn undecided(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.domain.operators.iter().enumerate().flat_map(|(o, operator)| {

@@ -162,11 +162,6 @@ impl<'d> PreparedEpisode<'d> {
         &self.model.planner
     }
 
-    /// Returns the ground problem of the first scene.
-    pub fn ground(&self) -> &Arc<GroundProblem> {
-        &self.model.ground
-    }
-
     /// Returns the scene as the world of the planner's graph. A simulator with the seed of the episode begins in this scene; a
     /// later reset draws another one.
     ///

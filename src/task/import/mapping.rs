@@ -1,12 +1,11 @@
 //! The mapping: which columns of a log hold what, and in which units, axes and frame.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::columns::names_a_hand;
-use crate::files::{Limit, read_file};
 use crate::logs::{DatasetMap, TopicMap, fits};
 use crate::robot::Pose;
 use crate::task::error::{InputFault, TaskError, json_problem};
@@ -169,7 +168,7 @@ pub struct PoseColumns {
     /// Columns of x, y and z.
     pub position: [String; 3],
     /// Four columns of a quaternion in the mapping's order, three of a rotation, nine of a matrix by rows, or none.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub rotation: Vec<String>,
 }
 
@@ -181,40 +180,28 @@ pub struct TableMap {
     #[serde(skip_serializing_if = "String::is_empty")]
     pub files: String,
     /// Number of rows of the header; names of several rows are joined by a dot.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub header_rows: Option<usize>,
     /// Character between fields: `,`, `;`, a tab, `|` or a space, which stands for several.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<char>,
     /// Column of time.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
     /// The first column counts the rows, from 0, of the table of the same session whose file name matches this pattern.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub row_of: Option<String>,
     /// Column of the object's id: one row for each time and object.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
     /// Column of the object's kind.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
     /// Columns of each object, by id. In a table with a column of ids the id is `*`.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub objects: BTreeMap<String, PoseColumns>,
     /// Column of the gripper's width. Any unit; open is wider.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<String>,
     /// Column that says whether the gripper holds something.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub grasp: Option<String>,
     /// Columns that say whether the gripper touches an object, by the object's id (`*` in a table with a column of ids).
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub contact: BTreeMap<String, String>,
     /// Unit of positions, if it differs from the mapping's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
     /// Pose of this table's frame of reference in the world, if it differs from the mapping's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<Pose>,
 }
 
@@ -236,62 +223,43 @@ pub struct Mapping {
     /// Always [`VERSION`].
     pub version: u32,
     /// Pattern of file names with `{session}`, and `{part}` where a session has several files one after the other.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub sessions: Option<String>,
     /// Column of the session.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub session: Option<String>,
     /// A longer gap in time begins a new session, in seconds.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_s: Option<f64>,
     /// Unit of time.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<TimeUnit>,
     /// Unit of positions.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<Length>,
     /// Unit of angles.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<Angle>,
     /// Order of quaternions whose columns do not name it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub quaternion: Option<QuaternionOrder>,
     /// Meaning of three columns of a rotation.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rotation: Option<Rotation>,
     /// Axis that points up.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<Up>,
     /// Handedness of the axes.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub handed: Option<Handed>,
     /// Pose in the world of the frame in which the log gives poses, in metres, after `up` and `handed`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<Pose>,
     /// Pattern of the id of the hand.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<String>,
     /// Kind of the objects whose id matches a pattern. Of several that match, an id counts first, then the longest.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub kinds: BTreeMap<String, String>,
     /// Patterns of columns and ids to leave out.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
     /// The tables. The first whose pattern matches the name of a file is used for it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableMap>,
     /// The topics of logs of messages. The first whose pattern matches the name of a topic is used for it; if there is any,
     /// other topics are not used.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub topics: Vec<TopicMap>,
     /// Name of the frame in which poses are taken, in logs with several frames.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
     /// The datasets of logs of arrays, for each group of sessions. Of a file that no pattern fits they are guessed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub datasets: Vec<DatasetMap>,
     /// Number of rows a second, in logs of arrays without times.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
 }
 
@@ -299,15 +267,6 @@ impl Mapping {
     /// Returns a mapping in which everything is to be guessed.
     pub fn unknown() -> Self {
         Self { format: FORMAT.into(), version: VERSION, ..Self::default() }
-    }
-
-    /// Reads a mapping from a JSON file.
-    ///
-    /// # Errors
-    /// [`TaskError::File`] if the file cannot be read; [`TaskError::Input`] as in [`Mapping::parse`].
-    pub fn read(path: &Path) -> Result<Self, TaskError> {
-        let bytes = read_file(path, Limit::SETTINGS)?;
-        Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
     /// Reads a mapping from the bytes of a JSON file. `file` is its name in errors.
@@ -388,8 +347,10 @@ impl Mapping {
     /// # Errors
     /// [`TaskError::Json`] if serialisation fails. This is not known to happen.
     pub fn to_json(&self) -> Result<String, TaskError> {
-        let what = "the mapping";
-        serde_json::to_string_pretty(self).map_err(|source| TaskError::Json { what, source })
+        let mut whole = serde_json::to_value(self)
+            .map_err(|source| TaskError::Json { what: "the mapping", source })?;
+        leave_out_unset(&mut whole);
+        Ok(format!("{whole:#}"))
     }
 
     /// Returns how to read the file with this name.
@@ -413,5 +374,22 @@ impl Mapping {
         let fitting = self.kinds.iter().filter(|(pattern, _)| fits(pattern, id));
         let best = fitting.max_by_key(|(pattern, _)| (*pattern == id, pattern.len()));
         best.map(|(_, kind)| kind.as_str())
+    }
+}
+
+/// Leaves out the keys that say nothing: null, an empty list, an empty object.
+fn leave_out_unset(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(leave_out_unset),
+        Value::Object(keys) => {
+            keys.values_mut().for_each(leave_out_unset);
+            let says_nothing = |value: &Value| match value {
+                Value::Array(items) => items.is_empty(),
+                Value::Object(keys) => keys.is_empty(),
+                other => other.is_null(),
+            };
+            keys.retain(|_, value| !says_nothing(value));
+        }
+        _ => {}
     }
 }

@@ -12,7 +12,7 @@ use crate::task::domain::{GoalTerm, Quantity, Situation};
 
 /// Writes a relational problem with a situation and the problem's goal.
 ///
-/// Needs in `dropped`, pairs of operator and need, do not count; take [`Problem::dropped`] or that of the ground problem.
+/// Needs in `dropped`, pairs of operator and need, do not count; take [`GroundProblem::dropped`](crate::task::compile::GroundProblem::dropped).
 /// Objects of kinds that the domain does not know are left out.
 ///
 /// Costs O(states x operators + objects), whatever the number of moves.

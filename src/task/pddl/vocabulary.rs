@@ -74,9 +74,9 @@ impl Vocabulary {
             Subject::At(_) | Subject::Is(Role::Object) => false,
             Subject::Is(_) | Subject::Any => true,
         });
-        let frames: BTreeSet<&String> =
-            begun.filter_map(|c| states[c.state].frame.as_ref()).collect();
-        let firsts = frames.into_iter().map(|f| (f.clone(), names.fresh(&format!("first_{f}"))));
+        let frames: BTreeSet<&str> =
+            begun.filter_map(|c| states[c.state].frame.as_deref()).collect();
+        let firsts = frames.into_iter().map(|f| (f.to_owned(), names.fresh(&format!("first_{f}"))));
         let firsts = firsts.collect();
         declared.extend(states.iter().filter_map(|s| Some(typed(&s.places.as_ref()?.0, OBJECT))));
         // Types of one supertype stand together, as a typed list is read.

@@ -78,18 +78,6 @@ impl PlannerBuild {
         Ok(Self { kind, spec: PlannerSpec::default(), plan, seed })
     }
 
-    /// Builds the planner over a domain.
-    ///
-    /// # Errors
-    /// As [`Planner::with_plan`] and [`GoalSetPlanner::new`].
-    pub fn over(&self, domain: &Domain) -> Result<Arc<dyn Decider>, TaskError> {
-        let Self { kind, spec, plan, seed } = self;
-        Ok(match kind {
-            PlannerKind::Chain => Arc::new(Planner::with_plan(domain, *spec, plan, *seed)?),
-            PlannerKind::GoalSets => self.goal_sets(domain, &[])?,
-        })
-    }
-
     /// Builds the planner over the ground problem of a scene.
     ///
     /// # Errors

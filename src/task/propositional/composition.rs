@@ -24,18 +24,6 @@ pub enum Part {
 }
 
 impl Part {
-    /// All parts.
-    pub const ALL: [Self; 8] = [
-        Self::Symbol,
-        Self::Object,
-        Self::Reference,
-        Self::Origin,
-        Self::Place,
-        Self::From,
-        Self::Except,
-        Self::Count,
-    ];
-
     /// Returns the name of the part's role, such as `OBJECT`.
     pub fn role(self) -> &'static str {
         match self {

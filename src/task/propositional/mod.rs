@@ -172,14 +172,6 @@ impl Domain {
         Ok(counts)
     }
 
-    /// Returns an obstacle in words, with the names of states and actions.
-    ///
-    /// # Panics
-    /// If the obstacle is about a state or an action of another domain and its id is out of range.
-    pub fn obstacle_in_words(&self, obstacle: Obstacle) -> String {
-        obstacle.in_words(|state| self[state].name.clone(), |action| self[action].name.clone())
-    }
-
     /// Returns the causes of `state`: all actions that have it among their effects, most preferred first.
     ///
     /// Actions that move their object into the state ([`Operator::to`]) come before actions with the state as a side

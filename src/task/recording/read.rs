@@ -98,16 +98,6 @@ impl Recording {
         Ok(Self::parse(&bytes, &path.display().to_string())?)
     }
 
-    /// Reads a recording and, separately, the attributes of its objects.
-    ///
-    /// # Errors
-    /// As [`Recording::read`].
-    pub fn read_attributed(path: &Path) -> Result<(Self, Attributes), TaskError> {
-        let bytes = read_file(path, Limit::RECORDING)?;
-        let (recording, _, attributes) = Self::parse_whole(&bytes, &path.display().to_string())?;
-        Ok((recording, attributes))
-    }
-
     /// Reads a recording from the bytes of a file. `file` is the file's name in error messages. Never panics.
     ///
     /// # Errors
@@ -213,15 +203,6 @@ impl Snapshot {
     /// [`InputFault`] if the bytes are not exactly one valid snapshot.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, InputFault> {
         Ok(Self::parse_attributed(bytes, file)?.0)
-    }
-
-    /// Reads a single scene and, separately, the attributes of its objects from a file, or from standard input if `path` is `-`.
-    ///
-    /// # Errors
-    /// As [`Snapshot::read`].
-    pub fn read_attributed(path: &Path) -> Result<(Self, Attributes), TaskError> {
-        let bytes = read_file(path, Limit::SCENE)?;
-        Ok(Self::parse_attributed(&bytes, &path.display().to_string())?)
     }
 
     /// Reads a single scene and, separately, the attributes of its objects from the bytes of a file.

@@ -1,6 +1,6 @@
 //! Puts the fluents and operators of a problem together.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeSet, HashMap};
 
 use super::lower::Ground;
 use super::operators::{self, Compiled};
@@ -64,16 +64,18 @@ impl Assembly<'_, '_, '_> {
         let possible = |way: &&Way| join(&goal, way).is_some();
         let alternatives: Vec<Vec<&Way>> =
             open.iter().map(|(ways, _)| ways.iter().filter(possible).collect()).collect();
-        let mut changed: BTreeMap<Code, BTreeSet<Code>> = BTreeMap::new();
+        let mut changed: HashMap<Code, Vec<Code>> = HashMap::new();
         for (at, ways) in alternatives.iter().enumerate() {
             holds_first.push(false);
             for code in ways.iter().copied().flatten().filter(|_| !last) {
-                changed.entry(code ^ 1).or_default().insert(2 * (count + at) as u32 + 1);
+                changed.entry(code ^ 1).or_default().push(2 * (count + at) as u32 + 1);
             }
         }
         for operator in &mut self.compiled {
             let ends = operator.effects.iter().filter_map(|code| changed.get(code));
-            let ends: BTreeSet<Code> = ends.flatten().copied().collect();
+            let mut ends: Vec<Code> = ends.flatten().copied().collect();
+            ends.sort_unstable();
+            ends.dedup();
             operator.effects.extend(ends);
         }
         for (at, ways) in alternatives.iter().enumerate() {

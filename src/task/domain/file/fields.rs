@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::sim::{cut, meant, nearest_first};
@@ -117,8 +117,14 @@ pub(super) fn misfit<'v>(
 }
 
 /// Returns the first entry of the list `list` that cannot be read as a `T`, or `list` itself if it is no list.
-pub(super) fn faulty_entry<'v, T: Deserialize<'v>>(file: &'v Value, list: &str) -> Option<String> {
+pub(super) fn faulty_entry<T: DeserializeOwned>(file: &Value, list: &str) -> Option<String> {
     let Some(entries) = file.get(list)?.as_array() else { return Some(list.into()) };
-    let at = entries.iter().position(|entry| T::deserialize(entry).is_err())?;
+    let at = entries.iter().position(is_unreadable::<T>)?;
     Some(format!("{list}[{at}]"))
+}
+
+/// Returns whether a value cannot be read as a `T`. It is read as text, as the file is: reading it as a value would be
+/// compiled once more for each type.
+pub(super) fn is_unreadable<T: DeserializeOwned>(value: &Value) -> bool {
+    serde_json::from_slice::<T>(value.to_string().as_bytes()).is_err()
 }

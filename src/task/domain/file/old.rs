@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::check_counts;
-use super::fields::{FieldFault, StateNames, faulty_entry};
+use super::fields::{FieldFault, StateNames, faulty_entry, is_unreadable};
 use crate::robot::Pose;
 use crate::task::domain::gaussian::{CountedOperator, GaussianState, Gaussians, Geometry};
 use crate::task::domain::{Origin, Provenance, RelationalDomain};
@@ -74,7 +74,7 @@ struct Evidence {
 
 /// Returns the first field that cannot be read.
 pub(super) fn faulty_field(file: &Value) -> String {
-    if file.get("provenance").is_some_and(|p| Provenance::deserialize(p).is_err()) {
+    if file.get("provenance").is_some_and(is_unreadable::<Provenance>) {
         return "provenance".into();
     }
     if file.get("goal").is_some_and(|goal| !goal.is_string() && !goal.is_null()) {

@@ -1,9 +1,8 @@
 //! The shape of a domain file: which values must be objects or strings, and which field has a fault.
 
-use serde::Deserialize;
 use serde_json::Value;
 
-use super::fields::{FieldFault, faulty_entry, misfit};
+use super::fields::{FieldFault, faulty_entry, is_unreadable, misfit};
 use super::{FORMAT, GoalEntry, NeedEntry, OperatorEntry, SideEffectEntry, VERSION};
 use crate::task::domain::{FrameState, Place, Provenance};
 
@@ -77,7 +76,7 @@ pub(super) fn check(file: &Value) -> Result<u64, FieldFault> {
 
 /// Returns the first field that cannot be read, or an empty string if none of the known fields is at fault.
 pub(super) fn faulty_field(file: &Value) -> String {
-    if file.get("provenance").is_some_and(|p| Provenance::deserialize(p).is_err()) {
+    if file.get("provenance").is_some_and(is_unreadable::<Provenance>) {
         return "provenance".into();
     }
     for noise in ["noise_m", "noise_rad"] {

@@ -83,8 +83,6 @@ mod relation;
 mod shape;
 mod task;
 
-use std::path::Path;
-
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -94,7 +92,6 @@ pub use format::{
 };
 pub use task::DataTask;
 
-use crate::files::{Limit, read_file};
 use crate::task::error::{InputFault, TaskError, json_problem};
 
 /// Value of [`TaskFile::format`].
@@ -113,28 +110,12 @@ struct Head {
 }
 
 impl TaskFile {
-    /// Reads a task file.
-    ///
-    /// # Errors
-    /// [`TaskError::File`] if the file cannot be read; as [`TaskFile::parse`].
-    pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())
-    }
-
     /// Parses the text of a task file. `name` is the name of the file in error messages.
     ///
     /// # Errors
     /// [`TaskError::Input`], which names the line or the field, and what was expected there.
     pub fn parse(text: &[u8], name: &str) -> Result<Self, TaskError> {
         Ok(DataTask::parse(text, name)?.file().clone())
-    }
-
-    /// Checks that the scene can be built and that the fields fit together. Costs some milliseconds.
-    ///
-    /// # Errors
-    /// [`TaskError::Input`], which names the field.
-    pub fn check(&self) -> Result<(), TaskError> {
-        DataTask::new(self.clone()).map(|_| ())
     }
 
     /// Returns the file as JSON text.
@@ -168,7 +149,8 @@ impl TaskFile {
 
     /// Reads the fields from a JSON value without checking them.
     fn of_value(value: Value, name: &str) -> Result<Self, TaskError> {
-        let read = serde_json::from_value(value);
+        // As text, as the files are: another source would compile all the readers once more.
+        let read = serde_json::from_slice(value.to_string().as_bytes());
         Ok(read.map_err(|error| head_fault(name, "", json_problem(&error), EXPECTED))?)
     }
 }

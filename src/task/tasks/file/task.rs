@@ -31,7 +31,7 @@ impl DataTask {
     /// Creates the task.
     ///
     /// # Errors
-    /// As [`TaskFile::check`].
+    /// [`TaskError::Input`], which names the field: the scene cannot be built, or fields do not fit together.
     pub fn new(file: TaskFile) -> Result<Self, TaskError> {
         Self::named(file, "the task file")
     }

@@ -1,10 +1,7 @@
 //! The task's settings: dimensions, materials, places and motors, in SI units. `symbolt config` prints them.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use crate::files::{Limit, read_file};
 use crate::robot::arm::{ArmSpec, GripperSpec};
 use crate::task::error::TaskError;
 use crate::task::tasks::parse_settings;
@@ -173,14 +170,6 @@ impl Default for NutsAndBolts {
 pub const MAX_OF_A_KIND: usize = 4;
 
 impl NutsAndBolts {
-    /// Reads settings from a JSON file. Missing settings have their defaults.
-    ///
-    /// # Errors
-    /// [`TaskError::File`] if the file cannot be read; as [`NutsAndBolts::parse`].
-    pub fn read(path: &Path) -> Result<Self, TaskError> {
-        Self::parse(&read_file(path, Limit::SETTINGS)?, &path.display().to_string())
-    }
-
     /// Parses settings from JSON text. `name` is the name of the file in error messages.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Tests of the worlds: what they accept and refuse, what they record, and how they are scored.
 
+#[path = "study_worlds_scoring.rs"]
 mod scoring;
 
 use std::collections::HashSet;
