@@ -19,8 +19,11 @@ impl Work<'_> {
     ) {
         if self.shape.is_few() {
             few(model, self, state, out);
+        } else if self.shape.outputs == 1 && self.spikes {
+            // All decoders are read, one after the other: what is not yet decoded stays nearer in the cache.
+            many::<M, BLOCK>(model, self, state, out);
         } else {
-            many(model, self, state, out);
+            many::<M, SPAN>(model, self, state, out);
         }
     }
 }
@@ -28,13 +31,14 @@ impl Work<'_> {
 /// Steps neurons for one tick: the hot loop.
 ///
 /// Compilers turn every pass without branches into wide instructions. Only the last pass of ensembles with several
-/// outputs visits the active neurons alone.
+/// outputs visits the active neurons alone. So many neurons (`AT_ONCE`) are encoded and decoded together: [`BLOCK`] of ensembles
+/// with one output of spikes, whose decoders are all read, and otherwise [`SPAN`].
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
     "x86_64+avx2",
     "x86_64+sse4.1"
 ))]
-fn many<M: NeuronModel + ?Sized>(
+fn many<M: NeuronModel + ?Sized, const AT_ONCE: usize>(
     model: &M,
     work: &Work<'_>,
     mut state: &mut [Real],
@@ -42,10 +46,8 @@ fn many<M: NeuronModel + ?Sized>(
 ) {
     let Shape { dims, outputs, hadamard, .. } = work.shape;
     let (padded, columns) = (work.shape.padded(), work.shape.columns());
-    let dense = outputs == 1 && work.spikes;
-    // Rows of decoders are read for many neurons at once. Whatever needs no rows stays nearer in the cache.
-    let span = if dense { BLOCK } else { SPAN };
-    let (mut currents, mut activity) = ([0.0; SPAN], [0.0; SPAN]);
+    let dense = AT_ONCE == BLOCK;
+    let (mut currents, mut activity) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
     let (out, mut told) = work.split(out);
     let rows = work.values.chunks_exact(dims).zip(out.chunks_exact_mut(outputs));
     for (index, (value, out)) in rows.enumerate() {
@@ -67,8 +69,8 @@ fn many<M: NeuronModel + ?Sized>(
             continue;
         }
         let mut sums = [0.0; NARROW];
-        let spans = biases.chunks(span).zip(encoders.chunks(span * columns));
-        let spans = spans.zip(decoders.chunks(span * outputs)).enumerate();
+        let spans = biases.chunks(AT_ONCE).zip(encoders.chunks(AT_ONCE * columns));
+        let spans = spans.zip(decoders.chunks(AT_ONCE * outputs)).enumerate();
         for (at, ((biases, encoders), decoders)) in spans {
             let len = biases.len();
             let (currents, activity) = (&mut currents[..len], &mut activity[..len]);
@@ -78,17 +80,22 @@ fn many<M: NeuronModel + ?Sized>(
                 _ => encode(encoders, biases, work.shift, value, currents),
             }
             Work::inject(&mut injected, currents);
+            if dense {
+                let state = first(&mut own, work.variables * len);
+                let draws = work.draws(index * padded + at * BLOCK);
+                model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
+                work.tell(&mut told, activity);
+                decode::add_all(activity, decoders, &mut sums);
+                continue;
+            }
             let blocks = currents.chunks(BLOCK).zip(activity.chunks_mut(BLOCK)).enumerate();
             for (block, (currents, activity)) in blocks {
                 let state = first(&mut own, work.variables * currents.len());
-                let draws = work.draws(index * padded + at * span + block * BLOCK);
+                let draws = work.draws(index * padded + at * AT_ONCE + block * BLOCK);
                 model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
             }
             work.tell(&mut told, activity);
-            match dense {
-                true => decode::add_all(activity, decoders, &mut sums),
-                false => decode::add_rows(activity, decoders, out),
-            }
+            decode::add_rows(activity, decoders, out);
         }
         if dense {
             out[0] = sums.iter().sum();
