@@ -16,7 +16,8 @@
 //! another. A third pass decodes (`decode.rs`). With several outputs it adds only the decoders of the neurons that are
 //! active (event-driven), of up to seven blocks at once: the rows are scattered over memory, and reads that do not wait
 //! for one another take little longer than one. With one output of spikes it adds all decoders times the activity,
-//! which costs less than finding the neurons that fired. The loop skips resting ensembles that their input cannot wake. Skipping does not change the bits.
+//! which costs less than finding the neurons that fired. The loop skips resting ensembles that their input cannot wake.
+//! Skipping does not change the bits.
 //!
 //! # Memory traffic
 //!
@@ -24,21 +25,12 @@
 //! d dimensions reads 4 d bytes of encoders instead of 4 (but 4 for Hadamard encoders), and 4 d bytes of decoders for
 //! each neuron that fires (about one in ten). This traffic limits the speed of banks that do not fit the caches.
 //!
-//! # Measured time
+//! # Time
 //!
-//! On a shared EPYC at about 2.4 GHz, one core reads 40 to 50 GB/s from its last cache and 15 GB/s from memory;
-//! two cores together read 28 GB/s from memory.
-//!
-//! | bank | time per neuron and tick | for comparison |
-//! |---|---|---|
-//! | scalar, 100,000 neurons | 2.2 to 2.5 ns | a bare loop over voltages: 0.5 ns; reading alone: 0.4 to 0.6 ns |
-//! | sixteen dimensions | 4.6 to 5 ns | reading from the last cache alone: 1.6 ns |
-//!
-//! Most of the time is arithmetic. The decay within a refractory period and the moment of a spike (a division) are
-//! computed for every neuron. A branch for the tenth of the neurons that fires would often be mispredicted and cost
-//! more. With sixteen dimensions, a third of the time is encoding and a fifth is waiting for the decoders of the
-//! neurons that fired; `docs/speed.md` has what Hadamard encoders save. A network of 341,450 neurons does not fit the caches: at the bandwidth of both cores, reading
-//! its 22 MB of encoders takes 0.8 ms per tick.
+//! `docs/speed.md` has the measured times, and how far they are from what a machine can do. In one dimension most of the
+//! time is arithmetic. The decay within a refractory period and the moment of a spike (a division) are computed for
+//! every neuron: a branch for the tenth of the neurons that fires would often be mispredicted and cost more. In sixteen
+//! dimensions most of it is memory: encoders, and the decoders of the neurons that fired.
 
 mod decode;
 mod few;
