@@ -9,7 +9,8 @@ use crate::sim::{Real, Simulator};
 ///
 /// An ensemble at rest is passed over: of it only the state is read. Of any other ensemble a tick reads encoders, biases,
 /// state and the values that it represents, and writes state and decoded values. Decoders are read of all its neurons if
-/// it spikes and decodes one value, otherwise of those that are active. Padding counts, since it is read.
+/// it spikes and decodes one value, otherwise of those that are active. Padding counts, since it is read. Of neurons whose activity is
+/// a rate all count as visited and active, since their state does not tell.
 ///
 /// Operations are additions, multiplications and divisions in single precision. Comparisons are not counted.
 ///

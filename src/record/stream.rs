@@ -1,7 +1,7 @@
 //! Recordings of long runs, written to disk in pieces so that memory stays bounded.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use crate::sim::Simulator;
@@ -12,28 +12,37 @@ const HEAD: usize = 128;
 /// A `.npy` file that grows by rows. Its head says how many are whole, so that it can be read while it grows, and if the
 /// program is killed.
 struct Growing {
-    file: BufWriter<File>,
+    file: File,
     /// Type of a number, such as `<f4`.
     kind: &'static str,
     /// Numbers of a row; `None` for a list of numbers.
     width: Option<usize>,
+    /// Bytes of a row.
+    each: u64,
+    /// Rows that are whole.
     rows: u64,
 }
 
 impl Growing {
     fn create(path: &Path, kind: &'static str, width: Option<usize>) -> io::Result<Self> {
-        let file = BufWriter::new(File::create_new(path)?);
-        let mut own = Self { file, kind, width, rows: 0 };
-        own.note()?;
+        let number = if kind == "<f8" { 8 } else { 4 };
+        let each = number * width.unwrap_or(1) as u64;
+        let mut own = Self { file: File::create_new(path)?, kind, width, each, rows: 0 };
+        own.note(0)?;
         Ok(own)
     }
 
-    /// Writes the head, and returns to the end of the file.
-    fn note(&mut self) -> io::Result<()> {
-        self.file.flush()?;
+    /// Writes bytes behind the rows that are whole. They are rows of the file from [`note`](Self::note) on.
+    fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.file.seek(SeekFrom::Start(HEAD as u64 + self.rows * self.each))?;
+        self.file.write_all(bytes)
+    }
+
+    /// Writes the head of a file of so many rows.
+    fn note(&mut self, rows: u64) -> io::Result<()> {
         let shape = match self.width {
-            Some(width) => format!("{:<20}, {width}", self.rows),
-            None => format!("{:<20},", self.rows),
+            Some(width) => format!("{rows:<20}, {width}"),
+            None => format!("{rows:<20},"),
         };
         let kind = self.kind;
         let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
@@ -43,21 +52,23 @@ impl Growing {
         head.resize(HEAD - 1, b' ');
         head.push(b'\n');
         self.file.seek(SeekFrom::Start(0))?;
-        self.file.write_all(&head)?;
-        self.file.seek(SeekFrom::End(0))?;
-        Ok(())
+        self.file.write_all(&head)
     }
+}
 
-    fn put(&mut self, row: impl IntoIterator<Item = [u8; 4]>) -> io::Result<()> {
-        row.into_iter().try_for_each(|number| self.file.write_all(&number))?;
-        self.rows += 1;
-        Ok(())
-    }
+/// Two files of one probe or layer, with its name.
+struct Pair {
+    name: String,
+    times: Growing,
+    others: Growing,
+}
 
-    fn put_time(&mut self, time_s: f64) -> io::Result<()> {
-        self.file.write_all(&time_s.to_le_bytes())?;
-        self.rows += 1;
-        Ok(())
+impl Pair {
+    /// Appends so many rows, times and others.
+    fn append(&mut self, times: &[u8], others: &[u8]) -> io::Result<u64> {
+        self.times.append(times)?;
+        self.others.append(others)?;
+        Ok(times.len() as u64 / self.times.each)
     }
 }
 
@@ -88,9 +99,9 @@ impl Growing {
 /// ```
 pub struct RecordingFiles {
     /// Times and values of each probe.
-    values: Vec<[Growing; 2]>,
+    values: Vec<Pair>,
     /// Times and neurons of each recording of spikes.
-    spikes: Vec<[Growing; 2]>,
+    spikes: Vec<Pair>,
 }
 
 impl RecordingFiles {
@@ -100,18 +111,20 @@ impl RecordingFiles {
     /// If the folder does not exist, or already has such a file.
     pub fn create(folder: &Path, sim: &Simulator) -> io::Result<Self> {
         let recordings = sim.recordings();
-        let file = |name: &str, what: &str, kind, width| {
-            let name = format!("{}.{what}.npy", name.replace('/', "."));
-            Growing::create(&folder.join(name), kind, width)
+        let pair = |name: &str, [time, other]: [&str; 2], kind, width| {
+            let file = |what: &str, kind, width| {
+                let file = format!("{}.{what}.npy", name.replace('/', "."));
+                Growing::create(&folder.join(file), kind, width)
+            };
+            let (times, others) = (file(time, "<f8", None)?, file(other, kind, width)?);
+            Ok(Pair { name: name.to_owned(), times, others })
         };
-        let values = recordings.values().map(|(name, samples)| {
-            let width = Some(samples.width());
-            Ok([file(name, "time_s", "<f8", None)?, file(name, "values", "<f4", width)?])
-        });
-        let spikes = recordings.spikes().map(|(name, _)| {
-            let times = file(name, "spike_time_s", "<f8", None)?;
-            Ok([times, file(name, "spike_neuron", "<u4", None)?])
-        });
+        let values = recordings
+            .values()
+            .map(|(name, samples)| pair(name, ["time_s", "values"], "<f4", Some(samples.width())));
+        let spikes = recordings
+            .spikes()
+            .map(|(name, _)| pair(name, ["spike_time_s", "spike_neuron"], "<u4", None));
         Ok(Self {
             values: values.collect::<io::Result<_>>()?,
             spikes: spikes.collect::<io::Result<_>>()?,
@@ -122,26 +135,40 @@ impl RecordingFiles {
     /// that keeps the last samples has not dropped any.
     ///
     /// # Errors
-    /// If a file cannot be written, or if the run is of another graph. The recordings stay in memory then.
+    /// If a file cannot be written, or if the run has other probes than that of [`create`](Self::create). The recordings stay in
+    /// memory then, and the next call writes them.
     pub fn take(&mut self, sim: &mut Simulator) -> io::Result<()> {
         let recordings = sim.recordings();
-        let counts = (recordings.values().count(), recordings.spikes().count());
-        if counts != (self.values.len(), self.spikes.len()) {
+        let values = recordings.values().map(|(name, samples)| (name, Some(samples.width())));
+        let spikes = recordings.spikes().map(|(name, _)| (name, None));
+        let own = self.values.iter().chain(&self.spikes);
+        if !values.chain(spikes).eq(own.map(|pair| (pair.name.as_str(), pair.others.width))) {
             return Err(io::Error::other("these files belong to a run with other probes"));
         }
-        for ([times, rows], (_, samples)) in self.values.iter_mut().zip(recordings.values()) {
-            for (time_s, row) in samples.iter() {
-                rows.put(row.iter().map(|value| value.to_le_bytes()))?;
-                times.put_time(time_s)?;
+        let mut added = Vec::new();
+        for (pair, (_, samples)) in self.values.iter_mut().zip(recordings.values()) {
+            let times: Vec<u8> =
+                samples.iter().flat_map(|(time_s, _)| time_s.to_le_bytes()).collect();
+            let rows = samples.iter().flat_map(|(_, row)| row);
+            let rows: Vec<u8> = rows.flat_map(|value| value.to_le_bytes()).collect();
+            added.push(pair.append(&times, &rows)?);
+        }
+        for (pair, (_, spikes)) in self.spikes.iter_mut().zip(recordings.spikes()) {
+            let times: Vec<u8> =
+                spikes.iter().flat_map(|(time_s, _)| time_s.to_le_bytes()).collect();
+            let neurons = spikes.iter().flat_map(|(_, neuron)| (neuron as u32).to_le_bytes());
+            added.push(pair.append(&times, &neurons.collect::<Vec<u8>>())?);
+        }
+        // All rows are written before any head counts them.
+        for (pair, added) in self.values.iter_mut().chain(&mut self.spikes).zip(&added) {
+            for file in [&mut pair.times, &mut pair.others] {
+                file.note(file.rows + added)?;
             }
         }
-        for ([times, neurons], (_, spikes)) in self.spikes.iter_mut().zip(recordings.spikes()) {
-            for (time_s, neuron) in spikes.iter() {
-                neurons.put([(neuron as u32).to_le_bytes()])?;
-                times.put_time(time_s)?;
-            }
+        for (pair, added) in self.values.iter_mut().chain(&mut self.spikes).zip(&added) {
+            pair.times.rows += added;
+            pair.others.rows += added;
         }
-        self.values.iter_mut().chain(&mut self.spikes).flatten().try_for_each(Growing::note)?;
         sim.clear_recordings();
         Ok(())
     }

@@ -3,12 +3,16 @@
 #![allow(clippy::expect_used)]
 
 use std::fs::{File, OpenOptions};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use symbolt::files::{
     FileError, Limit, Overwrite, ResultFolder, check_output, read_beginning, read_file,
     read_regular_file, write_atomic,
 };
+
+use symbolt::prelude::*;
+use symbolt::record::RecordingFiles;
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = folder.read_dir().expect("a folder").flatten();
@@ -288,4 +292,40 @@ fn a_pipe_without_a_writer_is_refused_and_one_with_a_writer_is_read() {
         assert_eq!(read.is_ok(), fits, "{read:?}");
         writer.join().expect("joined").expect("written");
     }
+}
+
+#[test]
+fn recordings_stream_to_the_files_of_their_run_and_of_no_other() {
+    let run = |values: &[f32]| {
+        let mut graph = GraphBuilder::new();
+        graph.add("some", Constant::vector(values));
+        graph.probe_at::<Vector>("some", ProbeSpec::default());
+        graph.start(&PopulationPlan::direct(), Seed::new(1)).expect("a run")
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut sim, mut wide) = (run(&[0.5, -2.0]), run(&[1.0, 2.0, 3.0]));
+    let mut files = RecordingFiles::create(folder.path(), &sim).expect("files");
+    let path = folder.path().join("some.out.values.npy");
+    for taken in 1..=3u64 {
+        sim.run_for(SimDuration::from_millis(10)).expect("runs");
+        // A call before wrote half a row and failed.
+        let mut file = OpenOptions::new().append(true).open(&path).expect("a file");
+        file.write_all(&[7; 5]).expect("writes");
+        files.take(&mut sim).expect("takes");
+        let bytes = std::fs::read(&path).expect("reads");
+        let head = String::from_utf8_lossy(&bytes[10..128]).into_owned();
+        assert!(head.contains(&format!("'shape': ({:<20}, 2)", 10 * taken)), "{head}");
+        let rows =
+            bytes[128..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().expect("4")));
+        let rows: Vec<f32> = rows.take(20 * taken as usize).collect();
+        assert_eq!(rows, [0.5, -2.0].repeat(10 * taken as usize));
+    }
+    wide.run_for(SimDuration::from_millis(10)).expect("runs");
+    let refused = files.take(&mut wide).expect_err("another width");
+    assert_eq!(refused.to_string(), "these files belong to a run with other probes");
+    assert_eq!(
+        wide.recordings().values().map(|(_, samples)| samples.iter().count()).sum::<usize>(),
+        10
+    );
+    assert!(RecordingFiles::create(folder.path(), &sim).is_err(), "files are not overwritten");
 }

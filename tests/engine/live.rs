@@ -379,7 +379,7 @@ fn bad_logs_are_refused_with_their_line() {
         (
             "{\"tick\":4,\"do\":{\"silense\":{\"at\":\"goal\"}}}\n",
             "line 2, column 25 is no intervention: unknown variant `silense`, expected one of `clamp`, `silence`, \
-             `release`, `set`, `noise`",
+             `release`, `set`, `noise`, `world`",
         ),
         (
             "{\"tick\":4,\"do\":{\"silence\":{\"at\":\"goal\",\"for\":2}}}\n",

@@ -167,3 +167,19 @@ fn an_unknown_mode_names_those_that_exist() {
     let error = "lif2".parse::<Population>().map_err(|e| e.to_string());
     assert_eq!(error, Err("there is no mode `lif2`; the modes are: direct, rate, lif".into()));
 }
+
+#[test]
+fn a_voltage_without_a_floor_is_written_and_read_and_a_misspelt_field_is_refused() {
+    let free = Lif { min_voltage: f64::NEG_INFINITY, ..Lif::default() };
+    let text = serde_json::to_string(&free).unwrap();
+    assert_eq!(serde_json::from_str::<Lif>(&text).unwrap(), free, "{text}");
+    assert_eq!(
+        serde_json::from_str::<Lif>("{\"tau_rc_s\":0.02,\"tau_ref_s\":0.002}").unwrap(),
+        Lif::default()
+    );
+    let refused = serde_json::from_str::<Lif>("{\"min_voltge\":-1}").unwrap_err().to_string();
+    assert!(
+        refused.starts_with("unknown field `min_voltge`, expected one of `tau_rc_s`"),
+        "{refused}"
+    );
+}

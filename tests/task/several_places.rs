@@ -256,6 +256,7 @@ fn what_is_far_from_its_reference_keeps_its_state_in_noise() {
     let (there, aside) = (found(0.0), found(0.1));
     assert!(there >= 49, "{there} of 50 are in place");
     assert_eq!(aside, 0, "10 cm aside is not in place");
+    assert_eq!(found(100.0), 0, "100 m aside is not in place");
 }
 
 #[test]

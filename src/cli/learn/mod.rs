@@ -157,9 +157,9 @@ fn question_text(question: &Question, domain: &RelationalDomain) -> String {
         ids => format!(" without {}", ids.join(" and ")),
     };
     let title = format!(
-        "One more demonstration would decide most if it began as demonstration {}{without} and went: {}. If it cannot be \
+        "One more demonstration would decide most if it began as demo {}{without} and went: {}. If it cannot be \
          done so, that decides, too. It would show whether these conditions are needed:",
-        question.demo + 1,
+        question.demo,
         moves.collect::<Vec<_>>().join(", then "),
     );
     let mut grid = Grid::new(&["action", "undecided condition"]);

@@ -23,8 +23,8 @@ use crate::sim::Real;
 /// Numbers of dimensions for which there are such encoders: a block of neurons is transformed as a whole.
 pub(crate) const DIMS: RangeInclusive<usize> = 2..=BLOCK;
 
-/// Gain of neurons without effect. Its product with any value is a normal number, which costs no more than others, and
-/// too small to change a current.
+/// Gain of neurons without effect. Its product with a value above 1e-18 is a normal number, which costs no more than
+/// others, and too small to change a current.
 const NO_GAIN: Real = 1e-20;
 
 /// Returns the row of a neuron in its block, and the neuron of the block's first row.

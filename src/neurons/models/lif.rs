@@ -20,7 +20,7 @@ use crate::sim::{Fingerprint, Real};
 /// constant is 20 ms and the refractory period 2 ms. A neuron fires at most once in a tick, also where its refractory
 /// period is shorter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct Lif {
     /// Membrane time constant, in seconds (above 0).
     pub tau_rc_s: f64,
@@ -31,7 +31,22 @@ pub struct Lif {
     pub amplitude: f64,
     /// Least voltage (at most 0, which is the default; minus infinity for none). Below 0 inhibition has a memory: the
     /// neuron fires later for it. The neuron is then never at rest, so a gate cannot close it.
+    #[serde(with = "floor")]
     pub min_voltage: f64,
+}
+
+/// Minus infinity is written as none, since JSON has no infinity.
+mod floor {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
+    pub fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+        (*value != f64::NEG_INFINITY).then_some(*value).serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(from)?.unwrap_or(f64::NEG_INFINITY))
+    }
 }
 
 impl Default for Lif {

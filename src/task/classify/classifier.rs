@@ -388,8 +388,9 @@ impl Classifier {
         let mut deviation = Vector3::zeros();
         // An error of the angle of the reference moves what is far from it.
         let framed = state.frame != Frame::World;
-        let arm =
-            if framed { self.noise_rad * Vector3::from(pose.position) } else { Vector3::zeros() };
+        // How far is known from the place: what is judged may be anywhere.
+        let at = place.pose().position;
+        let arm = if framed { self.noise_rad * Vector3::from(at) } else { Vector3::zeros() };
         let in_area =
             state.origin == Origin::Found && place.coordinates.iter().any(|c| c.is_open());
         for (i, coordinate) in place.coordinates.iter().enumerate() {

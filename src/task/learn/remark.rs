@@ -99,14 +99,13 @@ impl fmt::Display for Remark {
                 1e3 * off_m
             ),
             Self::DemonstrationsDiffer { kind, reference, demos, off_m } => {
-                // People count from 1, files from 0.
-                let demos: Vec<String> = demos.iter().map(|demo| (demo + 1).to_string()).collect();
+                let demos: Vec<String> = demos.iter().map(|demo| format!("demo {demo}")).collect();
                 let what =
                     kind.as_ref().map_or("all that".into(), |kind| format!("a `{kind}` that"));
                 let at = reference.as_ref().map_or(String::new(), |kind| format!(" at `{kind}`"));
                 write!(
                     f,
-                    "in demonstrations {}, {what} was put down{at} is {:.0} mm off from where the others show it, as by \
+                    "in {}, {what} was put down{at} is {:.0} mm off from where the others show it, as by \
                      another camera; it was taken for one place",
                     listed(&demos),
                     1e3 * off_m
@@ -122,11 +121,7 @@ impl fmt::Display for Remark {
             }
             Self::WouldDivide { kind, attribute, id, demo, more, lacks } => {
                 let why = if *lacks { "lacks it" } else { "is an exception" };
-                write!(
-                    f,
-                    "`{attribute}` would divide `{kind}`, but `{id}` in demonstration {} {why}",
-                    demo + 1
-                )?;
+                write!(f, "`{attribute}` would divide `{kind}`, but `{id}` in demo {demo} {why}")?;
                 if *more > 0 { write!(f, ", and so do {more} other objects") } else { Ok(()) }
             }
             Self::NoGoal(why) => write!(f, "no goal was found: {why}"),
