@@ -214,7 +214,7 @@ impl Ratio {
 
     /// Compares times that were measured apart: `own` over `other`. The median is that of all ratios between the two
     /// groups, and the interval that of the rank-sum test (Hodges and Lehmann 1963; Moses 1965), in the normal
-    /// approximation.
+    /// approximation. All ratios are kept in memory: their number is the product of the groups' sizes.
     pub fn of_groups(own: &[f64], other: &[f64]) -> Self {
         let (n, m) = (own.len() as f64, other.len() as f64);
         let cut = n * m / 2.0 - Z * (n * m * (n + m + 1.0) / 12.0).sqrt();

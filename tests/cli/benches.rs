@@ -41,10 +41,10 @@ fn figures_have_the_work_of_a_neuron_and_the_share_of_the_limit() {
     assert!(bytes > 8.0 && bytes < 60.0, "{bytes}");
     let operations = number("/operations_per_neuron_step");
     assert!(operations > 38.0 * share && operations < 100.0 * share, "{operations}");
-    for key in ["/limit/gb_per_s", "/limit/gop_per_s", "/limit/ns_per_neuron_step"] {
-        assert!(number(key) > 0.0, "{key}");
+    for key in ["gb_per_s", "gop_per_s", "ns_per_neuron_step", "share"] {
+        let value = number(&format!("/limit/{key}"));
+        assert!(value.is_finite() && value > 0.0, "{key}: {value}");
     }
-    assert!(number("/limit/share") > 0.0 && number("/limit/share") < 1.0);
     assert!(["memory", "arithmetic"].map(Value::from).contains(&figures["limit"]["by"]));
     assert_eq!(figures["bits"].as_str().map(str::len), Some(16));
     // Without neurons there is no such work.
@@ -88,6 +88,19 @@ fn a_result_is_compared_in_speed_and_results() {
     });
     let expected = "run: faster by 100%; results: other bits, the same figures";
     assert_eq!((code, &*said), (Some(1), expected));
+    // Names that only the result has may be anything: they are counted.
+    let (code, said) = against(&|value| {
+        runs(1e9)(value);
+        value["quality"]["\u{1b}[31m\u{202e}"] = json!(7.0);
+    });
+    let expected = "run: faster by 100%; results: other 1 unknown figure";
+    assert_eq!((code, &*said), (Some(1), expected));
+    let mut earlier = figures.clone();
+    earlier["limit"]["gop_per_s"] = json!(1e6);
+    std::fs::write(place.path().join("fast.json"), earlier.to_string()).expect("writes");
+    let args = [&SELECT[..], &["--runs", "4", "--compare", "fast.json"]].concat();
+    let (_, _, err) = run(place.path(), &args);
+    assert!(err.contains("operations/s now and did 1000000.0 then"), "{err}");
     // What cannot be compared: each with one sentence.
     for (key, value, expected) in [
         ("machine", json!("a laptop"), "its `machine` is \"a laptop\", here it is \""),
@@ -96,7 +109,13 @@ fn a_result_is_compared_in_speed_and_results() {
         ("seed", json!(3), "its `seed` is 3, here it is 1"),
         ("machine", Value::Null, "an earlier symbolt, which does not tell `machine`"),
         ("wall_per_sim_s_of_runs", json!([1.0]), "has the times of 1 runs, and --runs is 4"),
+        ("machine", json!("x".repeat(12_000)), "xxx..., here it is \""),
+        ("wall_per_sim_s_of_runs", json!([1.0, 1.0, 0.0, 1.0]), "it has a time of 0e0 s"),
+        ("wall_per_sim_s_of_runs", json!([1.0, 1.0, -1.0, 1.0]), "it has a time of -1e0 s"),
+        ("wall_per_sim_s_of_runs", json!(vec![1.0; 1_001]), "the times of 1001 runs"),
+        ("build_s", json!(0.0), "it has a time of 0e0 s"),
         ("quality", json!(1.0), "is no whole result of `bench --json`"),
+        ("quality", json!({"chosen": "x"}), "something other than numbers"),
     ] {
         let (code, said) = against(&|earlier| earlier[key] = value.clone());
         assert!(code == Some(2) && said.contains(expected), "{key}: {said}");
@@ -138,7 +157,10 @@ fn programs_are_compared_in_turn() {
         "#!/bin/sh\n[ $1 = --version ] && echo symbolt 9 && exit\necho no room >&2\nexit 1\n",
     );
     let (code, _, err) = with("failing", "6");
-    assert!(code == Some(1) && err.contains("could not measure the network: no room"), "{err}");
+    assert!(code == Some(2) && err.contains("could not measure the network: no room"), "{err}");
+    script("lost", "#!/nowhere\n");
+    let (code, _, err) = with("lost", "6");
+    assert!(code == Some(2) && err.contains("cannot start ") && err.contains("lost: No"), "{err}");
 }
 
 #[test]
@@ -152,6 +174,8 @@ fn what_cannot_be_compared_is_refused() {
         (&["bench"], "<MODEL>"),
         (&["bench", "bind", "--account"], "cannot be used with"),
         (&["bench", "--account", "--json"], "cannot be used with"),
+        (&["bench", "--account", "--force"], "cannot be used with"),
+        (&["bench", "--account", "--neurons-scale", "1000"], "--neurons-scale 1000: the graph has"),
     ] {
         let (code, _, err) = run(place.path(), args);
         assert!(code == Some(2) && err.contains(expected), "{args:?}: {err}");

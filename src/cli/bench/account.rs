@@ -5,6 +5,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Error, bail};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde_json::json;
 use symbolt::neurons::Tuning;
 use symbolt::sim::{Real, Seed, Threads};
 use symbolt::spa::{Algebra, Hrr, ItemMemory, random_pointer};
@@ -16,7 +17,8 @@ use symbolt::task::planner::{Planner, PlannerSpec};
 use symbolt::task::propositional::DomainBuilder;
 use symbolt::task::tasks::nuts_and_bolts::{NutsAndBolts, SyntheticDemonstrations};
 
-use super::BenchArgs;
+use super::figures::shown;
+use super::{BenchArgs, foretell, scaled};
 use crate::cli::end::{BadArgument, Outcome};
 use crate::cli::output::{Progress, emit};
 use crate::cli::rank;
@@ -28,6 +30,10 @@ pub(super) fn account(args: &BenchArgs, progress: &Progress) -> Result<Outcome, 
         let problem = "--account: measures one process; start it without mpirun";
         bail!(BadArgument(problem.into()));
     }
+    let spec = spec(args);
+    for (_, model) in Model::ALL {
+        foretell(args, &spec, model, progress)?;
+    }
     let one = ThreadPoolBuilder::new().num_threads(1).build()?;
     let mut text = format!(
         "Measured on {} by symbolt {} with `symbolt bench --account` on: {}.\n",
@@ -36,9 +42,11 @@ pub(super) fn account(args: &BenchArgs, progress: &Progress) -> Result<Outcome, 
         machine()
     );
     text += &format!(
-        "Seconds for {} simulated s in ticks of 1 ms, D = {}, LIF, medians of {}. `All` is {}.\n\n",
+        "Seconds for {} simulated s in ticks of 1 ms, D = {}, LIF, neuron scale {}, seed {}, medians of {}. `All` is {}.\n\n",
         args.sim_seconds,
         args.dimensions,
+        args.neurons_scale,
+        args.common.seed,
         counted(args.runs(), "run"),
         counted(rayon::current_num_threads(), "thread"),
     );
@@ -63,7 +71,7 @@ pub(super) fn account(args: &BenchArgs, progress: &Progress) -> Result<Outcome, 
     ]);
     for (name, model) in Model::ALL {
         progress.say(format!("network {name}"));
-        let network = Network::measure(args, model, &one)?;
+        let network = Network::measure(args, &spec, model, &one)?;
         times.row(network.times(name));
         limits.row(network.limits(name));
     }
@@ -71,6 +79,18 @@ pub(super) fn account(args: &BenchArgs, progress: &Progress) -> Result<Outcome, 
     text += &format!("Other work, on one thread:\n\n{}", one.install(|| others(progress))?);
     emit(text)?;
     Ok(Outcome::Done)
+}
+
+/// Returns the settings of all networks.
+fn spec(args: &BenchArgs) -> Standard {
+    let (standard, scale) = (Standard::default(), args.neurons_scale);
+    Standard {
+        dimensions: args.dimensions,
+        population: standard.population.tuned(|usual| Tuning { scale, ..usual }),
+        sim_ms: (args.sim_seconds * 1e3).round() as u64,
+        seed: Seed::new(args.common.seed),
+        ..standard
+    }
 }
 
 /// A network's median runs.
@@ -83,18 +103,15 @@ struct Network {
 }
 
 impl Network {
-    fn measure(args: &BenchArgs, model: Model, one: &ThreadPool) -> Result<Self, Error> {
-        let standard = Standard::default();
-        let scale = args.neurons_scale;
-        let spec = Standard {
-            dimensions: args.dimensions,
-            population: standard.population.tuned(|usual| Tuning { scale, ..usual }),
-            sim_ms: (args.sim_seconds * 1e3).round() as u64,
-            seed: Seed::new(args.common.seed),
-            ..standard
-        };
-        let first_s = one.install(|| spec.build(model).map(|built| built.build_s()))?;
-        let built = spec.build(model)?;
+    fn measure(
+        args: &BenchArgs,
+        spec: &Standard,
+        model: Model,
+        one: &ThreadPool,
+    ) -> Result<Self, Error> {
+        let build = || spec.build(model).map_err(|error| scaled(error, args.neurons_scale));
+        let first_s = one.install(|| build().map(|built| built.build_s()))?;
+        let built = build()?;
         let mut runs = [Vec::new(), Vec::new()];
         for _ in 0..args.runs() {
             for (runs, threads) in runs.iter_mut().zip([Threads::Serial, Threads::Auto]) {
@@ -113,7 +130,7 @@ impl Network {
         let [one, all] = &self.runs;
         let quality = one.quality.first().map_or_else(String::new, |(name, value)| {
             let digits = if name.ends_with("_ms") { 0 } else { 3 };
-            format!("{} {value:.digits$}", name.replace('_', " "))
+            format!("{} {}", name.replace('_', " "), shown(&json!(value), digits))
         });
         let mut cells = vec![format!("`{name}`"), thousands(one.neurons)];
         cells.extend(self.builds_s.map(|s| format!("{s:.2}")));
@@ -278,6 +295,11 @@ mod tests {
         for (day, date) in [(0, "1970-01-01"), (11_016, "2000-02-29"), (20_784, "2026-11-27")] {
             assert_eq!(civil(day), date);
         }
+    }
+
+    #[test]
+    fn a_quality_that_is_no_number_is_never() {
+        assert_eq!([42.4, f64::NAN].map(|value| shown(&json!(value), 0)), ["42", "never"]);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::Limit;
+use symbolt::sim::few;
 use symbolt::study::statistics::{Mean, Ratio};
 
 use super::BenchArgs;
@@ -14,10 +15,13 @@ use crate::cli::end::{BadArgument, Outcome};
 use crate::cli::kind::{BENCHED, Given, Kind, beginning, parsed};
 use crate::cli::output::{Progress, answer, warn};
 use crate::cli::rank;
-use crate::cli::table::Grid;
+use crate::cli::table::{Grid, counted};
 
 /// Differences of less than a hundredth are no verdict: the same program, laid out otherwise in memory, differs by as much.
 const SMALL: f64 = 1.01;
+
+/// A machine that computes faster or slower by this factor is taken for another.
+const OTHER_MACHINE: f64 = 1.15;
 
 /// Compares with an earlier result or another program. `measure` measures this one.
 pub(super) fn compare(
@@ -78,6 +82,9 @@ fn earlier(args: &BenchArgs, path: &Path) -> Result<Figures, Error> {
         })
     })?;
     let name = path.display();
+    if let Some(fault) = read.fault() {
+        bail!(BadArgument(format!("{name} is no result of `bench --json`: {fault}")));
+    }
     let own = json!({
         "model": args.model(), "mode": args.mode, "dimensions": args.dimensions,
         "neurons_scale": args.neurons_scale, "sim_s": (args.sim_seconds * 1e3).round() / 1e3,
@@ -92,7 +99,9 @@ fn earlier(args: &BenchArgs, path: &Path) -> Result<Figures, Error> {
                 "{name} comes from an earlier symbolt, which does not tell `{key}`; compare with that program instead"
             ))),
             Some(its) if its != own => bail!(BadArgument(format!(
-                "{name} cannot be compared: its `{key}` is {its}, here it is {own}"
+                "{name} cannot be compared: its `{key}` is {}, here it is {}",
+                few([its.to_string()]),
+                few([own.to_string()])
             ))),
             _ => {}
         }
@@ -109,13 +118,13 @@ fn earlier(args: &BenchArgs, path: &Path) -> Result<Figures, Error> {
 /// Compares with an earlier result.
 fn against(own: Figures, other: Figures) -> Comparison {
     let run = Ratio::of_groups(&own.wall_per_sim_s_of_runs, &other.wall_per_sim_s_of_runs);
-    let speed = |figures: &Figures| figures.limit.as_ref().map(|limit| limit.gb_per_s);
+    let speed = |figures: &Figures| figures.limit.as_ref().map(|limit| limit.gop_per_s);
     if let (Some(now), Some(then)) = (speed(&own), speed(&other))
-        && !(1.0 / 1.1..1.1).contains(&(now / then))
+        && !(1.0 / OTHER_MACHINE..OTHER_MACHINE).contains(&(now / then))
     {
         warn(&format!(
-            "the machine itself moves {now:.1} GB/s now and moved {then:.1} GB/s then, so times differ for that reason \
-             too; comparing with a program, in turn, is surer"
+            "the machine itself does {now:.1} x 10^9 operations/s now and did {then:.1} then, so times differ for that \
+             reason too; comparing with a program, in turn, is surer"
         ));
     }
     Comparison { own, other, run, build: None }
@@ -125,10 +134,11 @@ fn against(own: Figures, other: Figures) -> Comparison {
 fn in_turn(args: &BenchArgs, other: &Path, progress: &Progress) -> Result<Comparison, Error> {
     let own = std::env::current_exe().context("cannot find the program itself")?;
     let other = other.canonicalize().context("cannot find the other program")?;
+    let name = other.display();
     let said = Command::new(&other).arg("--version").stdin(Stdio::null()).output();
-    if !said.is_ok_and(|said| said.stdout.starts_with(b"symbolt ")) {
-        let problem = format!("{} is a program, but not symbolt", other.display());
-        bail!(BadArgument(problem));
+    let said = said.with_context(|| BadArgument(format!("cannot start {name}")))?;
+    if !said.stdout.starts_with(b"symbolt ") {
+        bail!(BadArgument(format!("{name} is a program, but not symbolt")));
     }
     let (mut all, count) = ([Vec::new(), Vec::new()], args.runs());
     for pair in 0..count {
@@ -183,11 +193,16 @@ fn run(args: &BenchArgs, program: &Path) -> Result<Figures, Error> {
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         let last = said.lines().last().unwrap_or("it says nothing");
-        bail!("{name} could not measure the network: {last}");
+        bail!(BadArgument(format!("{name} could not measure the network: {last}")));
     }
-    serde_json::from_slice(&output.stdout).with_context(|| {
+    let other = || {
         BadArgument(format!("{name} is another symbolt: its `bench --json` prints other figures"))
-    })
+    };
+    let figures: Figures = serde_json::from_slice(&output.stdout).with_context(other)?;
+    match figures.fault() {
+        Some(fault) => Err(Error::msg(fault).context(other())),
+        None => Ok(figures),
+    }
 }
 
 /// What a ratio of times says.
@@ -225,14 +240,18 @@ fn in_words(ratio: &Ratio) -> String {
 }
 
 impl Comparison {
-    /// The figures of quality that differ, with their values here and there.
+    /// The figures of quality of this program that differ, with their values here and there.
     fn differ(&self) -> Vec<(&str, [&Value; 2])> {
         const NONE: &Value = &Value::Null;
         let (own, other) = (&self.own.quality, &self.other.quality);
-        let names = own.keys().chain(other.keys().filter(|name| !own.contains_key(*name)));
-        let values = |name: &String| [own, other].map(|side| side.get(name).unwrap_or(NONE));
-        let all = names.map(|name| (name.as_str(), values(name)));
+        let all =
+            own.iter().map(|(name, own)| (name.as_str(), [own, other.get(name).unwrap_or(NONE)]));
         all.filter(|(_, [own, other])| own != other).collect()
+    }
+
+    /// The number of figures of quality that only the other has.
+    fn unknown(&self) -> usize {
+        self.other.quality.keys().filter(|name| !self.own.quality.contains_key(*name)).count()
     }
 
     /// Whether the outputs have the same bits; `None` if the other does not say.
@@ -242,7 +261,8 @@ impl Comparison {
 
     fn is_worse(&self) -> bool {
         let slower = |ratio: &Ratio| verdict(ratio) == Verdict::Slower;
-        let results = self.same_bits() == Some(false) || !self.differ().is_empty();
+        let results =
+            self.same_bits() == Some(false) || !self.differ().is_empty() || self.unknown() > 0;
         slower(&self.run) || self.build.as_ref().is_some_and(slower) || results
     }
 
@@ -251,7 +271,11 @@ impl Comparison {
         if let Some(build) = &self.build {
             sentence += &format!("; build: {}", in_words(build));
         }
-        let names: Vec<&str> = self.differ().into_iter().map(|(name, _)| name).collect();
+        let mut names: Vec<String> =
+            self.differ().into_iter().map(|(name, _)| name.to_owned()).collect();
+        // What only the other names is not repeated: its names may be anything.
+        let unknown = self.unknown();
+        names.extend((unknown > 0).then(|| counted(unknown, "unknown figure")));
         sentence += &match (names.is_empty(), self.same_bits()) {
             (false, _) => format!("; results: other {}", names.join(", ")),
             (_, Some(true)) => "; results: the same bits".into(),
@@ -279,7 +303,13 @@ impl Comparison {
         for (name, value) in &self.own.quality {
             let other = self.other.quality.get(name).unwrap_or(&Value::Null);
             let none = String::new();
-            grid.row([name.replace('_', " "), shown(value), shown(other), none.clone(), none]);
+            grid.row([
+                name.replace('_', " "),
+                shown(value, 4),
+                shown(other, 4),
+                none.clone(),
+                none,
+            ]);
         }
         grid
     }

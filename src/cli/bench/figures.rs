@@ -1,5 +1,7 @@
 //! The figures of a network: what `bench` prints, and reads again to compare.
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use symbolt::study::standard::{Limits, Measured, machine};
@@ -7,6 +9,12 @@ use symbolt::study::standard::{Limits, Measured, machine};
 use super::BenchArgs;
 use crate::cli::rank;
 use crate::cli::table::Grid;
+
+/// Greatest number of runs.
+pub(super) const MOST_RUNS: usize = 1_000;
+
+/// Times in seconds that a network can take.
+const TIMES_S: RangeInclusive<f64> = 1e-9..=1e9;
 
 /// Speed and quality of a network. Earlier programs printed less.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -114,6 +122,24 @@ impl Figures {
         json!(self)
     }
 
+    /// Says why figures that were read cannot be those of a network; `None` if they can.
+    pub fn fault(&self) -> Option<String> {
+        let runs = &self.wall_per_sim_s_of_runs;
+        if runs.len() > MOST_RUNS {
+            return Some(format!(
+                "it has the times of {} runs; expected at most {MOST_RUNS}",
+                runs.len()
+            ));
+        }
+        let times = [self.wall_per_sim_s, self.build_s];
+        if let Some(time) = runs.iter().chain(&times).find(|time| !TIMES_S.contains(*time)) {
+            let [least, most] = [TIMES_S.start(), TIMES_S.end()];
+            return Some(format!("it has a time of {time:e} s; expected {least:e} to {most:e}"));
+        }
+        let numbers = self.quality.values().all(|value| value.is_number() || value.is_null());
+        (!numbers).then(|| "in its `quality` is something other than numbers".into())
+    }
+
     pub fn table(&self) -> Grid {
         let mut grid = Grid::new(&[&format!("{} in {}", self.model, self.mode), ">value"]);
         let mut row = |name: &str, value: String| grid.row([name.to_owned(), value]);
@@ -145,15 +171,15 @@ impl Figures {
             row("peak memory of the build, MB", format!("{mb:.0}"));
         }
         for (name, value) in &self.quality {
-            row(&name.replace('_', " "), shown(value));
+            row(&name.replace('_', " "), shown(value, 4));
         }
         grid
     }
 }
 
-/// Returns a figure of quality as a table shows it.
-pub(super) fn shown(value: &Value) -> String {
-    value.as_f64().map_or_else(|| "never".into(), |value| format!("{value:.4}"))
+/// Returns a figure of quality as a table shows it, with so many digits after the point.
+pub(super) fn shown(value: &Value, digits: usize) -> String {
+    value.as_f64().map_or_else(|| "never".into(), |value| format!("{value:.digits$}"))
 }
 
 /// Measures the machine as a run used it.

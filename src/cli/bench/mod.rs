@@ -21,7 +21,7 @@ use super::kind::{Given, Kind, parsed};
 use super::options::{Common, number, unused, whole};
 use super::output::{Progress, answer, overwrite, use_threads};
 use super::{rank, ranks};
-use figures::Figures;
+use figures::{Figures, MOST_RUNS};
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BenchArgs {
@@ -72,7 +72,7 @@ pub(crate) struct BenchArgs {
     /// Measure all networks, and the rest of the program, as a page in
     /// Markdown
     #[arg(verbatim_doc_comment, long)]
-    #[arg(conflicts_with_all = ["model", "mode", "unbinding", "choice", "save", "load", "compare", "json"])]
+    #[arg(conflicts_with_all = ["model", "mode", "unbinding", "choice", "save", "force", "load", "compare", "json"])]
     pub account: bool,
 }
 
@@ -129,7 +129,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<Outcome, Error> {
 fn check(args: &BenchArgs) -> Result<(), BadArgument> {
     let ranges = [
         ("--sim-seconds", args.sim_seconds, 0.3..=3600.0, "0.3 to 3600"),
-        ("--runs", args.runs() as f64, 1.0..=1_000.0, "1 to 1000"),
+        ("--runs", args.runs() as f64, 1.0..=MOST_RUNS as f64, "1 to 1000"),
         (
             "--neurons-scale",
             args.neurons_scale,
@@ -160,8 +160,7 @@ fn spec(args: &BenchArgs) -> Result<Standard, Error> {
     ];
     for (option, given, own) in of_networks {
         if given.is_some() && model != own {
-            let name = Model::ALL.into_iter().find(|(_, model)| *model == own).map_or("", |m| m.0);
-            bail!(unused(option, &format!("the network `{name}`")));
+            bail!(unused(option, &format!("the network `{}`", name_of(own))));
         }
     }
     Ok(Standard {
@@ -173,6 +172,10 @@ fn spec(args: &BenchArgs) -> Result<Standard, Error> {
         seed: Seed::new(args.common.seed),
         ranks: rank::own().cloned(),
     })
+}
+
+fn name_of(model: Model) -> &'static str {
+    Model::ALL.into_iter().find(|(_, own)| *own == model).map_or("", |(name, _)| name)
 }
 
 /// Builds the network and measures it.
@@ -207,7 +210,8 @@ fn foretell(
     if spec.dimensions <= USUAL[0] || rank::own().is_some() || args.load.is_some() {
         return Ok(());
     }
-    progress.say(format!("building {} of {} dimensions for an estimate", args.model(), USUAL[1]));
+    let name = name_of(model);
+    progress.say(format!("building {name} of {} dimensions for an estimate", USUAL[1]));
     let before_mb = peak_rss_mb();
     let began = Instant::now();
     let small = Standard { dimensions: USUAL[1], ..spec.clone() };
@@ -220,8 +224,7 @@ fn foretell(
     let measured_mb = peak_rss_mb().zip(before_mb).map_or(0.0, |(after, before)| after - before);
     let need_mb = (neurons * 64.0 / 1e6).max(measured_mb * times);
     let need = format!(
-        "{} of {} dimensions: up to about {} neurons, {:.1} GB, {:.0} s to build and {:.0} s for each of {} runs",
-        args.model(),
+        "{name} of {} dimensions: up to about {} neurons, {:.1} GB, {:.0} s to build and {:.0} s for each of {} runs",
         spec.dimensions,
         neurons as u64,
         need_mb / 1e3,

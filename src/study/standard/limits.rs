@@ -1,6 +1,7 @@
 //! What the machine can do: bare loops that only move memory, or only compute, and the name of the machine.
 
 use std::hint::black_box;
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
@@ -94,8 +95,8 @@ fn fastest<W: FnMut() -> f64>(threads: usize, make: impl Fn() -> W + Sync) -> f6
     let all: Vec<[f64; ROUNDS]> = std::thread::scope(|scope| {
         let started: Vec<_> = (1..threads).map(|_| scope.spawn(rounds)).collect();
         let own = rounds();
-        // A loop that panics has done nothing.
-        let others = started.into_iter().map(|thread| thread.join().unwrap_or([0.0; ROUNDS]));
+        let others =
+            started.into_iter().map(|thread| thread.join().unwrap_or_else(|e| resume_unwind(e)));
         others.chain([own]).collect()
     });
     let of_round = |round: usize| all.iter().map(|speeds| speeds[round]).sum();
