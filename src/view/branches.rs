@@ -33,7 +33,7 @@ impl Branches {
     /// Notes where a run stands that is about to go back. A run that has failed leaves nothing.
     pub fn leave(&mut self, live: &Live) {
         if self.left.as_ref().is_none_or(|left| left.tick() < live.tick()) {
-            self.left = live.mark().ok();
+            self.left = live.mark().ok().or(self.left.take());
         }
     }
 

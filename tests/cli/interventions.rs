@@ -107,6 +107,10 @@ fn a_part_that_is_taken_away_ends_the_episode_and_what_has_no_room_is_refused() 
             json!({ "move": { "object": "bolt_0", "position": [9.0, 0.0, 0.0] } }),
             "expected a position within 2 m",
         ),
+        (
+            json!({ "move": { "object": "nut_0", "position": [nut[0], nut[1], -0.3] } }),
+            "expected a position within 2 m, not below the table",
+        ),
         (json!({ "eat": { "object": "nut_0" } }), "unknown variant `eat`"),
     ];
     for (wish, expected) in cases {
@@ -118,6 +122,36 @@ fn a_part_that_is_taken_away_ends_the_episode_and_what_has_no_room_is_refused() 
         assert!(said.starts_with(&whole), "{said}");
     }
     assert!(!here.join("out/run.json").exists());
+}
+
+#[test]
+fn what_another_hand_changes_at_one_tick_counts_for_its_next_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let scene = std::fs::read_to_string(made().join("scene.json")).unwrap();
+    let scene = serde_json::from_str(&scene).unwrap();
+    let [nut, bolt] = ["nut_0", "bolt_0"].map(|id| position(&scene, id));
+    let free = [nut[0] - 0.05, nut[1] + 0.02];
+    let put = |object: &str, [x, y]: [f64; 2], z: f64| json!({ "move": { "object": object, "position": [x, y, z] } });
+    let log = |wishes: [Value; 2]| {
+        let line = |wish| format!("{}\n", json!({ "tick": 200, "do": { "world": wish } }));
+        wishes.map(line).concat()
+    };
+    let gone = json!({ "remove": { "object": "nut_0" } });
+    let nut_aside = put("nut_0", free, nut[2]);
+    let cases = [
+        ([nut_aside.clone(), put("bolt_0", free, bolt[2])], "there is no room for `bolt_0` there"),
+        ([gone.clone(), gone], "`nut_0` is no longer on the table"),
+    ];
+    for (wishes, expected) in cases {
+        let said = said(&run(here, &log(wishes), "out"));
+        let whole =
+            format!("symbolt: --interventions log.jsonl: intervention 2, at tick 200: {expected}");
+        assert!(said.starts_with(&whole), "{said}");
+    }
+    // Where the nut was, there is room for the bolt at once.
+    let ran = run(here, &log([nut_aside, put("bolt_0", [nut[0], nut[1]], bolt[2])]), "swapped");
+    assert_ne!(ran.status.code(), Some(2), "{}", said(&ran));
 }
 
 #[test]

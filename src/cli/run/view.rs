@@ -1,5 +1,7 @@
 //! `symbolt view`: the main job live, in a browser.
 
+use std::path::Path;
+
 use anyhow::{Context, Error, bail, ensure};
 use serde_json::json;
 use symbolt::robot::scene::Outline;
@@ -10,7 +12,7 @@ use symbolt::view::{Driven, View};
 
 use super::{Runner, ViewArgs, check, episode_spec, of_interventions, scene_seed, teach};
 use crate::cli::config;
-use crate::cli::end::Outcome;
+use crate::cli::end::{BadArgument, Outcome};
 use crate::cli::options::unused;
 use crate::cli::output::{Place, Progress, emit, use_threads, warn};
 use crate::cli::table::counted;
@@ -25,6 +27,16 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
     }
     ensure!(args.out.is_none(), unused("--out", "`symbolt run`"));
     check(args)?;
+    let same = |a: &Path, b: &Path| {
+        let both = a.canonicalize().ok().zip(b.canonicalize().ok());
+        both.is_some_and(|(a, b)| a == b)
+    };
+    if let (Some(log), Some(made)) = (log, &args.interventions)
+        && same(log, made)
+    {
+        let problem = "--log: is the file of --interventions, which it would empty; name another";
+        bail!(BadArgument(problem.into()));
+    }
     let log = match log {
         Some(file) => Some(Place::checked(Some(file), args.force)?),
         None => None,

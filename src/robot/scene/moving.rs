@@ -4,7 +4,6 @@
 use rapier3d::dynamics::RigidBodyHandle;
 use rapier3d::geometry::ColliderHandle;
 use rapier3d::math::{Pose as Frame, Vector};
-use rapier3d::prelude::QueryFilter;
 
 use super::physics::Scene;
 use super::spec::BodyId;
@@ -83,14 +82,11 @@ impl Scene {
         let (from, to) = (*self.physics.bodies[handle].position(), frame_of(pose));
         let mut own = self.physics.bodies[handle].colliders().to_vec();
         own.extend(carried.iter().map(|part| self.parts[*part].collider));
-        let other =
-            |handle: ColliderHandle, _: &rapier3d::geometry::Collider| !own.contains(&handle);
-        let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&other));
         let up = Frame::from_translation(Vector::Z * ABOVE_M);
-        own.iter().all(|own| {
-            let collider = &self.physics.colliders[*own];
-            let place = up * to * from.inv_mul(collider.position());
-            query.intersect_shape(place, collider.shape()).next().is_none()
+        own.iter().all(|handle| {
+            let collider = &self.physics.colliders[*handle];
+            let place = up * to * from.inv_mul(&self.place_of(collider));
+            !self.touches(&place, collider.shared_shape(), &own)
         })
     }
 

@@ -32,12 +32,13 @@ use rapier3d::dynamics::{
     FrictionModel, ImpulseJointHandle, IntegrationParameters, JointAxis, MultibodyJointHandle,
     RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
-use rapier3d::geometry::ColliderHandle;
+use rapier3d::geometry::{Collider, ColliderHandle, SharedShape};
 use rapier3d::math::{Pose as Frame, Vector};
-use rapier3d::prelude::{PhysicsWorld, QueryFilter};
+use rapier3d::prelude::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
 use super::frame::SceneFrame;
+use super::sensed::meet;
 use super::spec::{BodyId, BodyKind, SceneSpec};
 use super::{furnish, shapes};
 use crate::robot::Pose;
@@ -224,11 +225,32 @@ impl Scene {
     /// part.
     pub fn has_room(&self, index: usize, pose: &Pose) -> bool {
         let Some(part) = self.parts.get(index) else { return false };
-        let filter =
-            |handle: ColliderHandle, _: &rapier3d::geometry::Collider| handle != part.collider;
-        let query = self.physics.query_pipeline_with_filter(QueryFilter::new().predicate(&filter));
-        let shape = self.physics.colliders[part.collider].shape();
-        query.intersect_shape(frame_of(pose), shape).next().is_none()
+        let shape = self.physics.colliders[part.collider].shared_shape();
+        !self.touches(&frame_of(pose), shape, &[part.collider])
+    }
+
+    /// Returns whether a shape at `place` would touch any body but `own`. It goes by where bodies are: their colliders follow
+    /// only with the next step, so they would not show what another hand has just moved. Costs O(colliders).
+    pub(super) fn touches(
+        &self,
+        place: &Frame,
+        shape: &SharedShape,
+        own: &[ColliderHandle],
+    ) -> bool {
+        let mut others = self.physics.colliders.iter().filter(|(handle, other)| {
+            let body = other.parent().and_then(|body| self.physics.bodies.get(body));
+            !own.contains(handle) && body.map_or(other.is_enabled(), |body| body.is_enabled())
+        });
+        others.any(|(_, other)| meet((place, shape), (&self.place_of(other), other.shared_shape())))
+    }
+
+    /// Returns where the body of a collider holds it at this moment.
+    pub(super) fn place_of(&self, collider: &Collider) -> Frame {
+        let body = collider.parent().and_then(|body| self.physics.bodies.get(body));
+        match (body, collider.position_wrt_parent()) {
+            (Some(body), Some(within)) => body.position() * within,
+            _ => *collider.position(),
+        }
     }
 
     /// Returns two counts: joints of the robot's multibody, and all other joints except the parts' sliders

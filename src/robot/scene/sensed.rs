@@ -333,7 +333,10 @@ impl<'s> Sensed<'s> {
 }
 
 /// Returns whether two shapes in their frames touch.
-fn meet((at, shape): (&Frame, &SharedShape), (place, other): (&Frame, &SharedShape)) -> bool {
+pub(super) fn meet(
+    (at, shape): (&Frame, &SharedShape),
+    (place, other): (&Frame, &SharedShape),
+) -> bool {
     shape.compute_aabb(at).intersects(&other.compute_aabb(place))
         && parry3d::query::intersection_test(at, &**shape, place, &**other)
             .is_ok_and(|met| met.intersecting)

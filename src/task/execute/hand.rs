@@ -56,6 +56,9 @@ impl Cell {
             return Err(format!("the robot has `{object}` in hand, or is about to take it"));
         }
         let place = match (to, body) {
+            (None, BodyId::Part(part)) if self.truth().lost(part) => {
+                return Err(format!("`{object}` is no longer on the table"));
+            }
             (None, BodyId::Part(_)) => None,
             (None, BodyId::Fixture(_)) => {
                 return Err(format!("`{object}` can be moved, but not taken away: it is no part"));
@@ -72,10 +75,11 @@ impl Cell {
     /// Returns the pose nearest above `pose` at which there is room for a body.
     fn place(&self, body: BodyId, object: &str, pose: Pose) -> Result<Pose, String> {
         let turn: f64 = pose.orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let near = pose.position.iter().all(|m| m.abs() <= FAR_M);
+        let [.., height] = pose.position;
+        let near = height >= 0.0 && pose.position.iter().all(|m| m.abs() <= FAR_M);
         if !near || !(turn - 1.0).is_finite() || (turn - 1.0).abs() > 0.01 {
             return Err(format!(
-                "expected a position within {FAR_M} m and a unit quaternion [x, y, z, w] for `{object}`"
+                "expected a position within {FAR_M} m, not below the table, and a unit quaternion [x, y, z, w] for `{object}`"
             ));
         }
         let raised = LIFTS_M.iter().map(|lift| {
