@@ -6,7 +6,7 @@ const REASONS_SHOWN = 4;
 function decisionsTable(episode, open) {
   const { acts } = episode;
   const own = acts.map((act, i) => ({ time: act.asked, act, row: [act.asked.toFixed(2), reasoned(episode, act, i), outcomeOf(episode, act, i)] }));
-  const others = episode.displaced.map((one) => ({ time: one.t, row: [one.t.toFixed(2), displaced(episode, one), "not the robot"] }));
+  const others = episode.displaced.map((one) => ({ time: one.t, row: [one.t.toFixed(2), displaced(episode, one), null] }));
   const entries = [...own, ...others].sort((a, b) => a.time - b.time);
   const grid = table([">at, s", "decision and why", "outcome"], entries.map(({ row }) => row));
   grid.classList.add("decisions");
@@ -27,7 +27,8 @@ function reasoned(episode, act, index) {
   line("It had decided to", act.instead);
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
-  const marked = (need) => (known ? `${names.say(need)} ${act.holds.includes(need) ? "✓" : "(not yet)"}` : names.say(need));
+  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(taken as so)" : "✓");
+  const marked = (need) => (known ? `${names.say(need)} ${mark(need)}` : names.say(need));
   const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
   const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
   line("It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
@@ -42,13 +43,20 @@ function reasoned(episode, act, index) {
   return make("div", null, make("strong", what), ...(lines.length ? [list] : []));
 }
 
-// What another hand did, and where the object was before and afterwards.
+// Whether a fact that holds is a guess about a part in no state.
+function takenAsSo({ domain }, act, need) {
+  const kind = (state) => domain?.states?.find(({ name }) => name === state)?.kind;
+  return act.strays.some(({ object, nearest }) => need.startsWith(`${object.toUpperCase()}_`)
+    || (object === act.chosen?.object && kind(need) !== undefined && kind(need) === kind(nearest)));
+}
+
+// What another hand did, and where the object was before and afterwards, if that is not the same.
 function displaced(episode, one) {
   const { words, before, after } = episode.displacement(one);
-  const list = make("ul", null, ...[["Before", before], ["Afterwards", after]].filter(([, text]) => text)
+  const list = make("ul", null, ...[["Before", before], ["Afterwards", after]].filter(([, text]) => text && before !== after)
     .map(([label, text]) => make("li", null, make("b", `${label}: `), text)));
   list.className = "why";
-  return make("div", null, make("strong", words), list);
+  return make("div", null, make("strong", words.replace(", not the robot,", "")), list);
 }
 
 // Where a part was after its step.

@@ -19,6 +19,8 @@ class RunPage {
     listenToKeys(this);
     this.show();
     const beside = document.querySelector(".beside");
+    // The section may have been replaced by what went wrong in it.
+    if (!beside) return;
     let width = beside.clientWidth;
     new ResizeObserver(() => {
       if (beside.clientWidth === width) return;
@@ -250,7 +252,7 @@ class RunPage {
     showNow(byId("now"), nowEntries(this.episode, this.time, this.goalWords));
   }
 
-  // Gives the panel the height of its fullest moment.
+  // Gives the panel the height of the fullest of the moments that are measured. A fuller one scrolls.
   fitNow() {
     const box = byId("now");
     if (!box) return;
@@ -260,7 +262,7 @@ class RunPage {
     box.style.height = "auto";
     const heights = all.filter((_, i) => i % every === 0).map((time) => {
       showNow(box, nowEntries(this.episode, time, this.goalWords));
-      return box.offsetHeight;
+      return Math.ceil(box.getBoundingClientRect().height);
     });
     box.style.height = `${heights.reduce((most, height) => Math.max(most, height), 0)}px`;
     showNow(box, nowEntries(this.episode, this.time, this.goalWords));

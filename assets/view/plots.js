@@ -6,6 +6,9 @@ const BRANCH_DASHES = [[7, 4], [2, 3], [9, 3, 2, 3], [1, 4]];
 const BRANCH_LINES = ["dashed", "dotted", "dashes and dots", "thinly dotted"];
 const MARGIN = { left: 46, right: 8, top: 6, bottom: 20 };
 
+// How the spikes of all branches are drawn.
+const BRANCH_SPIKES = "paler, half as high";
+
 // What a plot is drawn on: a canvas, or the text of an SVG file.
 class CanvasPaper {
   constructor(canvas) {
@@ -69,6 +72,9 @@ class SvgPaper {
 }
 
 const shortNumber = (value) => String(Number(value.toPrecision(3)));
+// The path of a run of which a plot has nothing.
+const UNPLOTTED = { from: null, end: null, ticks: [], rows: [] };
+const isPlotted = ({ from, end }) => end !== null && end > from;
 // A field of a CSV file.
 const quoted = (text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 
@@ -83,7 +89,7 @@ function download(name, kind, text) {
 class Plot {
   // `what` is the request, as the run takes it.
   constructor(title, what, remove) {
-    Object.assign(this, { title, what, id: null, names: [], ticks: [], rows: [], tail: null, branches: new Map() });
+    Object.assign(this, { title, what, id: null, names: [], ticks: [], rows: [], from: null, end: null, tail: null, branches: new Map() });
     this.spiking = "spikes" in what;
     this.canvas = make("canvas");
     this.canvas.setAttribute("role", "img");
@@ -126,23 +132,34 @@ class Plot {
   }
 
   forget() {
-    [this.ticks, this.rows, this.tail] = [[], [], null];
+    [this.ticks, this.rows, this.from, this.end, this.tail] = [[], [], null, null, null];
     this.branches.clear();
+  }
+
+  // The run is plotted up to a tick. It is from the tick after `from` to `end`, also where no neuron fired.
+  reach(tick) {
+    this.from ??= tick;
+    this.end = Math.max(this.end ?? tick, tick);
   }
 
   // Takes away what lies after a tick: the run has gone back. It is kept, for it may become a branch.
   cut(tick) {
     this.branches.forEach((branch) => { branch.found = null; });
     const left = this.after(tick);
-    const tail = { ticks: this.ticks.splice(left), rows: this.rows.splice(left) };
-    if (tail.ticks.length && !(this.tail?.ticks.at(-1) > tail.ticks.at(-1))) {
-      // After a longer way back, the earlier part belongs to it as well.
+    const tail = { from: Math.max(this.from, tick), end: this.end, ticks: this.ticks.splice(left), rows: this.rows.splice(left) };
+    if (!isPlotted(tail)) return;
+    [this.from, this.end] = [Math.min(this.from, tick), tick];
+    if (!this.tail || this.tail.end <= tail.end) {
       this.tail = tail;
-    } else if (tail.ticks.length) {
-      const [first] = this.tail.ticks;
-      const before = tail.ticks.filter((own) => own < first).length;
-      this.tail = { ticks: [...tail.ticks.slice(0, before), ...this.tail.ticks], rows: [...tail.rows.slice(0, before), ...this.tail.rows] };
+      return;
     }
+    // After a longer way back, the earlier part belongs to it as well.
+    const { from, end, ticks, rows } = this.tail;
+    const before = countUpTo(tail.ticks, from);
+    this.tail = {
+      from: tail.end >= from ? tail.from : from, end,
+      ticks: [...tail.ticks.slice(0, before), ...ticks], rows: [...tail.rows.slice(0, before), ...rows],
+    };
   }
 
   // The index of the first sample after a tick.
@@ -152,42 +169,43 @@ class Plot {
 
   // Keeps what the run had done before it went back as a branch, which parts from it at a tick.
   keep(id, parted) {
-    const { ticks, rows } = this.tail ?? { ticks: [], rows: [] };
-    const from = countUpTo(ticks, parted);
-    this.branches.set(id, { parted, ticks: ticks.slice(from), rows: rows.slice(from) });
+    // The frame in which the run went back may still be on its way.
+    this.cut(parted);
+    const { from, end, ticks, rows } = this.tail ?? UNPLOTTED;
+    const first = countUpTo(ticks, parted);
+    this.branches.set(id, { parted, from: Math.max(from, parted), end, ticks: ticks.slice(first), rows: rows.slice(first) });
     this.tail = null;
   }
 
-  // The run has returned to a branch: that becomes the present, and the present becomes the branch.
-  turn(id) {
-    const branch = this.branches.get(id);
-    if (!branch) return;
-    const from = this.after(branch.parted);
-    const left = { ticks: this.ticks.splice(from), rows: this.rows.splice(from) };
+  // The run has returned to a branch: that becomes the present, and the present becomes the branch. A plot that was added
+  // after the branch was kept knows only of the present.
+  turn(id, parted) {
+    const branch = this.branches.get(id) ?? { parted, ...UNPLOTTED };
+    const first = this.after(branch.parted);
+    const left = { from: Math.max(this.from, branch.parted), end: this.end, ticks: this.ticks.splice(first), rows: this.rows.splice(first) };
     for (const [other, one] of this.branches) {
       if (other === id || one.parted <= branch.parted) continue;
       // It went on from the path that is left now.
       const shared = countUpTo(left.ticks, one.parted);
       one.ticks.unshift(...left.ticks.slice(0, shared));
       one.rows.unshift(...left.rows.slice(0, shared));
-      Object.assign(one, { parted: branch.parted, found: null });
+      const from = one.from <= one.parted && left.end >= one.parted ? left.from : one.from;
+      Object.assign(one, { parted: branch.parted, from, found: null });
     }
     this.ticks.push(...branch.ticks);
     this.rows.push(...branch.rows);
+    if (!isPlotted(branch)) [this.from, this.end] = [null, null];
+    else [this.from, this.end] = [branch.from > branch.parted ? branch.from : Math.min(this.from, branch.parted), branch.end];
     this.branches.set(id, { parted: branch.parted, ...left });
     this.tail = null;
   }
 
   // Where a branch and the present first differ: the tick, and the last one before at which both were sampled and were the same.
   // Null if they do not differ as far as both are known.
-  differs({ parted, ticks, rows }) {
+  differs(branch) {
+    if (this.spiking) return this.firstSpikeApart(branch);
+    const { parted, ticks, rows } = branch;
     let [same, at] = [parted, this.after(parted)];
-    if (this.spiking) {
-      for (let i = 0; i < ticks.length && at < this.ticks.length; i += 1, at += 1) {
-        if (ticks[i] !== this.ticks[at] || rows[i] !== this.rows[at]) return { tick: Math.min(ticks[i], this.ticks[at]), same: Math.min(ticks[i], this.ticks[at]) - 1 };
-      }
-      return null;
-    }
     for (let i = 0; i < ticks.length; i += 1) {
       while (at < this.ticks.length && this.ticks[at] < ticks[i]) at += 1;
       if (this.ticks[at] !== ticks[i]) continue;
@@ -197,14 +215,26 @@ class Plot {
     return null;
   }
 
+  // The same for spikes: a spike on one side only is a difference, where both are plotted.
+  firstSpikeApart({ from, end, ticks, rows }) {
+    const [begin, last] = [Math.max(from, this.from), Math.min(end, this.end)];
+    const [ends, most] = [countUpTo(ticks, last), this.after(last)];
+    for (let [i, at] = [countUpTo(ticks, begin), this.after(begin)]; i < ends || at < most; i += 1, at += 1) {
+      const tick = Math.min(i < ends ? ticks[i] : Infinity, at < most ? this.ticks[at] : Infinity);
+      if (ticks[i] !== this.ticks[at] || rows[i] !== this.rows[at]) return { tick, same: tick - 1 };
+    }
+    return null;
+  }
+
   // The branches in words.
   compare() {
     const said = [...this.branches].map(([id, branch]) => {
       branch.found ??= this.differs(branch);
       const { found } = branch;
-      const where = !branch.ticks.length ? "was not plotted" : !found ? "does not differ so far"
+      const where = !isPlotted(branch) ? "was not plotted" : !found ? "does not differ so far"
         : found.tick === found.same + 1 ? `differs from tick ${found.tick}` : `differs from a tick between ${found.same + 1} and ${found.tick}`;
-      return `Branch ${id} (${BRANCH_LINES[(id - 1) % BRANCH_LINES.length]}) ${where}.`;
+      const drawn = this.spiking ? BRANCH_SPIKES : BRANCH_LINES[(id - 1) % BRANCH_LINES.length];
+      return `Branch ${id} (${drawn}) ${where}.`;
     });
     const text = said.join(" ");
     if (this.compared.textContent !== text) this.compared.textContent = text;
@@ -216,10 +246,15 @@ class Plot {
       this.ticks.push(tick);
       this.rows.push(this.spiking ? values[i] : values.slice(i * width, (i + 1) * width));
     });
+    if (ticks.length) {
+      this.from ??= ticks[0] - 1;
+      this.reach(ticks.at(-1));
+    }
     const most = this.spiking ? KEPT.spikes : KEPT.samples;
     if (this.ticks.length > 1.1 * most) {
       this.ticks.splice(0, this.ticks.length - most);
       this.rows.splice(0, this.rows.length - most);
+      [this.from] = this.ticks;
     }
   }
 
@@ -332,7 +367,8 @@ class Plots {
 
   // Takes over what branches the run has: new ones, those that were dropped, and a return to one.
   branch({ all, turns, last }) {
-    if (this.turns !== null && turns !== this.turns) this.all.forEach((plot) => plot.turn(last));
+    const parted = this.known.get(last) ?? all.find(({ id }) => id === last)?.parted;
+    if (this.turns !== null && turns !== this.turns && parted !== undefined) this.all.forEach((plot) => plot.turn(last, parted));
     this.turns = turns;
     const ids = new Set(all.map(({ id }) => id));
     for (const { id, parted } of all) {
@@ -380,6 +416,7 @@ class Plots {
   take(frame, wentBack) {
     if (wentBack) this.all.forEach((plot) => plot.cut(frame.tick));
     for (const samples of frame.plots) this.all.find((plot) => plot.id === samples.id)?.take(samples);
+    this.all.filter(({ id }) => id !== null).forEach((plot) => plot.reach(frame.tick));
   }
 
   show(dt, tick, last) {

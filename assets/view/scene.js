@@ -1,12 +1,18 @@
 // The scene of a live run: the replay of the report's page, with one frame that changes, and another hand that moves parts.
 
+// A part that was taken away lies below this height, in metres.
+const TAKEN_AWAY_M = -0.2;
+// From where a part comes back that this window has never seen, in metres.
+const FROM_ABOVE_M = 0.05;
+
 class LiveScene {
   constructor(section, outline, session) {
     const parts = outline.parts.length;
     this.frames = {
       count: 0, parts, t: new Float32Array(1), angles: new Float32Array(7), fingers: new Float32Array(2), poses: new Float32Array(7 * parts),
     };
-    Object.assign(this, { section, outline, session, replay: null, drag: null });
+    // The height of each part when it was last in the scene.
+    Object.assign(this, { section, outline, session, replay: null, drag: null, heights: Array(parts).fill(FROM_ABOVE_M) });
     section.querySelectorAll("[data-view]").forEach((button) => button.addEventListener("click", () => {
       this.replay?.choose(button.dataset.view);
     }));
@@ -32,7 +38,7 @@ class LiveScene {
   }
 
   move(index, x, y) {
-    const z = this.frames.poses[7 * index + 2];
+    const z = this.heights[index];
     this.ask({ move: { object: this.ids[index], position: [x, y, z].map((metres) => Number(metres.toFixed(6))) } });
   }
 
@@ -71,7 +77,7 @@ class LiveScene {
       event.stopImmediatePropagation();
       controls.enabled = false;
       canvas.setPointerCapture(event.pointerId);
-      this.drag = { index, z: this.frames.poses[7 * index + 2], at: null };
+      this.drag = { index, z: this.heights[index], at: null };
       const begun = over(event);
       const { x, y } = parts[index].position;
       this.drag.off = begun ? [x - begun.x, y - begun.y] : [0, 0];
@@ -101,6 +107,7 @@ class LiveScene {
     frames.angles.set(poses.slice(0, 7));
     frames.fingers.set(poses.slice(7, 9));
     frames.poses.set(poses.slice(9, 9 + 7 * frames.parts));
+    this.heights = this.heights.map((last, i) => (frames.poses[7 * i + 2] > TAKEN_AWAY_M ? frames.poses[7 * i + 2] : last));
     frames.count = 1;
   }
 

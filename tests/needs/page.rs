@@ -434,7 +434,10 @@ fn a_step_that_ends_off_its_place_and_another_hand_are_told() {
         found.rows = [...document.querySelectorAll('#decisions tbody tr')].map((row) => row.innerText);\n\
         found.acts = page.decisionRows.map((row) => row.innerText.slice(0, 400));\n\
         page.seek(20.5); found.now = byId('now').innerText; page.seek(30); found.later = byId('now').innerText;\n\
-        found.fill = page.acts.map(({ well, came }) => [well, came]);";
+        found.fill = page.acts.map(({ well, came }) => [well, came]);\n\
+        const moved = (before, after) => { page.episode.places = (time) => [{ id: 'bolt_0', words: time < 20 ? before : after }];\n\
+            page.showDecisions(); return [...document.querySelectorAll('#decisions tbody tr')].map((row) => row.innerText).find((text) => text.includes('Another hand')); };\n\
+        found.elsewhere = moved('here', 'there'); found.same = moved('here', 'here');";
     let open = |page: &str| opened_in(&Window { width: 1366, dark: false }, page, script);
     let (well, found) = (open(&page), open(&told));
     assert_eq!(well["fill"][0], serde_json::json!([true, "placed"]));
@@ -450,9 +453,13 @@ fn a_step_that_ends_off_its_place_and_another_hand_are_told() {
     let rows = found["rows"].as_array().expect("rows");
     let at = rows
         .iter()
-        .position(|row| text(row).contains("Another hand, not the robot"))
+        .position(|row| text(row).contains("Another hand moved the bolt."))
         .expect("a row");
-    assert!(at > 0 && text(&rows[at]).contains("Before: the bolt is"), "{rows:?}");
+    // It is said once, and where the bolt was only if that has changed.
+    assert!(at > 0 && !text(&rows[at]).contains("not the robot"), "{rows:?}");
+    let elsewhere = text(&found["elsewhere"]);
+    assert!(elsewhere.contains("Before: here\nAfterwards: there"), "{elsewhere}");
+    assert!(!text(&found["same"]).contains("here"), "{}", found["same"]);
     let acts = found["acts"].as_array().expect("rows");
     assert_eq!(acts.len() + 1, rows.len());
     assert!(text(&found["now"]).contains("Not the robot"), "{}", found["now"]);
