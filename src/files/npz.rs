@@ -23,13 +23,16 @@
 //! ```
 
 mod archive;
-mod write;
+
+use std::io::{Cursor, Write};
 
 use ndarray::{Array, ArrayBase, ArrayD, Data, Dimension, IxDyn, ShapeBuilder};
 use thiserror::Error;
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 use archive::{Archive, Content};
-use write::ArchiveWriter;
 
 /// Greatest uncompressed size of an array, with its header, in bytes: 64 MiB. [`NpzReader::read`] refuses larger
 /// arrays.
@@ -45,11 +48,8 @@ pub const MAX_TOTAL_BYTES: usize = 96 << 20;
 #[non_exhaustive]
 pub enum NpzError {
     /// The zip format does not allow the operation.
-    #[error("cannot write the zip archive: {reason}")]
-    Archive {
-        /// What the format does not allow.
-        reason: String,
-    },
+    #[error("cannot write the zip archive ({0})")]
+    Archive(#[from] ZipError),
     /// The bytes are not a zip archive, or a damaged one.
     #[error("cannot read the zip archive: {reason}")]
     Damaged {
@@ -113,17 +113,17 @@ elements!(f32 => "<f4", f64 => "<f8", u32 => "<u4", u8 => "|u1");
 
 /// Builds a compressed archive in memory.
 pub struct NpzWriter {
-    archive: ArchiveWriter,
+    zip: ZipWriter<Cursor<Vec<u8>>>,
 }
 
 impl NpzWriter {
     /// Starts an archive without arrays.
     #[expect(clippy::new_without_default, reason = "an archive is finished, not kept")]
     pub fn new() -> Self {
-        Self { archive: ArchiveWriter::default() }
+        Self { zip: ZipWriter::new(Cursor::new(Vec::new())) }
     }
 
-    /// Adds an array under `name`, in row-major order. Costs two copies of the array.
+    /// Adds an array under `name`, in row-major order. Costs one copy of the array.
     ///
     /// # Errors
     /// [`NpzError::Archive`] if the archive already has an array called `name`; [`NpzError::Io`] if the bytes cannot
@@ -134,32 +134,22 @@ impl NpzWriter {
         S: Data<Elem = T>,
         D: Dimension,
     {
-        let array = array.view().into_dyn();
-        let mut bytes = Vec::with_capacity(array.len() * T::SIZE);
-        array.iter().for_each(|number| number.append_to(&mut bytes));
-        self.add_bytes(name, T::DESCR, array.shape(), &bytes)
-    }
-
-    fn add_bytes(
-        &mut self,
-        name: &str,
-        descr: &str,
-        shape: &[usize],
-        numbers: &[u8],
-    ) -> Result<(), NpzError> {
-        let one = shape.len() == 1;
-        let shape: String = shape.iter().map(|n| format!("{n}, ")).collect();
-        let shape = if one { shape.trim_end() } else { shape.trim_end_matches(", ") };
-        let dict = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+        let shape: String = array.shape().iter().map(|n| format!("{n}, ")).collect();
+        let shape = if array.ndim() == 1 { shape.trim_end() } else { shape.trim_end_matches(", ") };
+        let dict =
+            format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({shape}), }}", T::DESCR);
         // Magic, version and header length take 10 bytes. numpy starts the numbers at a multiple of 64 bytes.
         let length = (PREAMBLE + dict.len() + 1).next_multiple_of(64) - PREAMBLE;
-        let mut bytes = Vec::with_capacity(PREAMBLE + length + numbers.len());
+        let mut bytes = Vec::with_capacity(PREAMBLE + length + array.len() * T::SIZE);
         bytes.extend(MAGIC);
         bytes.extend([1, 0]);
         bytes.extend((length as u16).to_le_bytes());
         bytes.extend(format!("{dict:<width$}\n", width = length - 1).bytes());
-        bytes.extend(numbers);
-        self.archive.add(format!("{name}.npy"), &bytes)
+        array.iter().for_each(|number| number.append_to(&mut bytes));
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+        self.zip.start_file(format!("{name}.npy"), options)?;
+        self.zip.write_all(&bytes)?;
+        Ok(())
     }
 
     /// Returns the archive's bytes.
@@ -167,13 +157,8 @@ impl NpzWriter {
     /// # Errors
     /// [`NpzError::Archive`] if the archive is too large for the zip format.
     pub fn finish(self) -> Result<Vec<u8>, NpzError> {
-        self.archive.finish()
+        Ok(self.zip.finish()?.into_inner())
     }
-}
-
-fn wrong_dimensions<T>(found: usize, expected: Option<usize>) -> Result<T, NpzError> {
-    let expected = expected.unwrap_or(0);
-    bad(format!("the number of dimensions is {found}; expected {expected}"))
 }
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
@@ -222,17 +207,6 @@ impl<'b> NpzReader<'b> {
     ///   [`MAX_TOTAL_BYTES`], or of another type or number of dimensions;
     /// - [`NpzError::Io`] if the array cannot be decompressed.
     pub fn read<T: Element, D: Dimension>(&mut self, name: &str) -> Result<Array<T, D>, NpzError> {
-        let array = self.read_any(name, D::NDIM)?;
-        let found = array.ndim();
-        array.into_dimensionality().or_else(|_| wrong_dimensions(found, D::NDIM))
-    }
-
-    /// Reads an array of so many dimensions, or of any number.
-    fn read_any<T: Element>(
-        &mut self,
-        name: &str,
-        dimensions: Option<usize>,
-    ) -> Result<ArrayD<T>, NpzError> {
         let mut content = match self.archive.open(&format!("{name}.npy")) {
             None => return Err(NpzError::Missing { name: name.into() }),
             Some(content) => content.or_else(bad)?,
@@ -243,7 +217,7 @@ impl<'b> NpzReader<'b> {
             return bad(format!("the array has {length} bytes; expected at most {allowed}"));
         }
         let read = Header::read(&mut content).and_then(|header| {
-            let numbers = header.numbers(&mut content, dimensions)?;
+            let numbers = header.numbers::<T, D>(&mut content)?;
             Ok((header, numbers))
         });
         self.left -= content.taken().min(self.left);
@@ -255,7 +229,7 @@ impl<'b> NpzReader<'b> {
         let Ok(array) = ArrayD::from_shape_vec(shape, numbers) else {
             return bad(format!("the array has the impossible shape {:?}", header.shape));
         };
-        Ok(array)
+        array.into_dimensionality().or_else(|_| header.wrong_dimensions::<D, _>())
     }
 }
 
@@ -289,18 +263,17 @@ impl Header {
         header.map_or_else(|| bad("the header of the array is damaged"), Ok)
     }
 
-    /// Reads the numbers that follow the header, if they are of type `T` and in so many dimensions.
-    fn numbers<T: Element>(
+    /// Reads the numbers that follow the header, if they are of type `T` and in `D` dimensions.
+    fn numbers<T: Element, D: Dimension>(
         &self,
         content: &mut Content<'_>,
-        dimensions: Option<usize>,
     ) -> Result<Vec<T>, NpzError> {
         if self.descr != T::DESCR {
             let (found, expected) = (shortened(&self.descr), T::DESCR);
             return bad(format!("the array has numbers of type {found}; expected {expected}"));
         }
-        if dimensions.is_some_and(|expected| expected != self.shape.len()) {
-            return wrong_dimensions(self.shape.len(), dimensions);
+        if D::NDIM.is_some_and(|expected| expected != self.shape.len()) {
+            return self.wrong_dimensions::<D, _>();
         }
         let bytes = content.length() - content.taken();
         let expected = self.shape.iter().try_fold(T::SIZE, |all, n| all.checked_mul(*n));
@@ -321,6 +294,11 @@ impl Header {
             left -= part;
         }
         Ok(numbers)
+    }
+
+    fn wrong_dimensions<D: Dimension, T>(&self) -> Result<T, NpzError> {
+        let (found, expected) = (self.shape.len(), D::NDIM.unwrap_or(0));
+        bad(format!("the number of dimensions is {found}; expected {expected}"))
     }
 
     /// Parses the header's dictionary, which has three keys in any order. Returns `None` if it is invalid.

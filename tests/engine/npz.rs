@@ -43,32 +43,6 @@ fn another_type_name_or_number_of_dimensions_is_an_error() {
     assert!(NpzReader::new(b"no archive").is_err());
 }
 
-#[test]
-fn an_archive_has_the_bytes_of_another_writer() {
-    let arrays: [(&str, Vec<u8>); 3] = [
-        ("a", (0..=255).cycle().take(100_000).collect()),
-        ("none", Vec::new()),
-        ("größe", vec![7; 300]),
-    ];
-    let mut npz = NpzWriter::new();
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let deflated = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
-    for (name, numbers) in &arrays {
-        npz.add(name, &Array1::from_vec(numbers.clone())).expect("added");
-        zip.start_file(format!("{name}.npy"), deflated).expect("started");
-        let shape = format!("({},)", numbers.len());
-        let dict = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': {shape}, }}");
-        let dict = format!("{dict:<117}\n");
-        let whole = [b"\x93NUMPY\x01\x00\x76\x00", dict.as_bytes(), numbers].concat();
-        zip.write_all(&whole).expect("written");
-    }
-    assert!(npz.finish().expect("finished") == zip.finish().expect("finished").into_inner());
-    let mut twice = NpzWriter::new();
-    twice.add("a", &Array1::<u8>::zeros(1)).expect("added");
-    let refused = twice.add("a", &Array1::<u8>::zeros(1)).unwrap_err().to_string();
-    assert_eq!(refused, "cannot write the zip archive: it has two members called `a.npy`");
-}
-
 /// Packs the bytes of an array into an archive, with a correct checksum.
 fn packed(name: &str, dict: &str, numbers: &[u8]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));

@@ -18,11 +18,11 @@ const MAX_NAME: usize = 256;
 /// Greatest number of bytes to which Deflate can expand one byte.
 const MAX_EXPANSION: usize = 1032;
 
-pub(super) const END: &[u8] = b"PK\x05\x06";
+const END: &[u8] = b"PK\x05\x06";
 const END_LENGTH: usize = 22;
-pub(super) const ENTRY: &[u8] = b"PK\x01\x02";
+const ENTRY: &[u8] = b"PK\x01\x02";
 const ENTRY_LENGTH: usize = 46;
-pub(super) const LOCAL: &[u8] = b"PK\x03\x04";
+const LOCAL: &[u8] = b"PK\x03\x04";
 const LOCAL_LENGTH: usize = 30;
 
 /// An archive in memory.
