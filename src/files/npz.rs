@@ -136,15 +136,8 @@ impl NpzWriter {
     {
         let shape: String = array.shape().iter().map(|n| format!("{n}, ")).collect();
         let shape = if array.ndim() == 1 { shape.trim_end() } else { shape.trim_end_matches(", ") };
-        let dict =
-            format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({shape}), }}", T::DESCR);
-        // Magic, version and header length take 10 bytes. numpy starts the numbers at a multiple of 64 bytes.
-        let length = (PREAMBLE + dict.len() + 1).next_multiple_of(64) - PREAMBLE;
-        let mut bytes = Vec::with_capacity(PREAMBLE + length + array.len() * T::SIZE);
-        bytes.extend(MAGIC);
-        bytes.extend([1, 0]);
-        bytes.extend((length as u16).to_le_bytes());
-        bytes.extend(format!("{dict:<width$}\n", width = length - 1).bytes());
+        let mut bytes = head(T::DESCR, shape);
+        bytes.reserve(array.len() * T::SIZE);
         array.iter().for_each(|number| number.append_to(&mut bytes));
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
         self.zip.start_file(format!("{name}.npy"), options)?;
@@ -163,6 +156,18 @@ impl NpzWriter {
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 const PREAMBLE: usize = 10;
+
+/// Returns the head of an array of numbers of the type `descr`, such as `<f4`, and of a shape as numpy writes it, such as `3, 4`.
+pub(crate) fn head(descr: &str, shape: &str) -> Vec<u8> {
+    let dict = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+    // Magic, version and header length take 10 bytes. numpy starts the numbers at a multiple of 64 bytes.
+    let length = (PREAMBLE + dict.len() + 1).next_multiple_of(64) - PREAMBLE;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend([1, 0]);
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{dict:<width$}\n", width = length - 1).bytes());
+    bytes
+}
 
 /// Greatest number of dimensions of an array, as in numpy.
 const MAX_DIMENSIONS: usize = 64;

@@ -4,9 +4,10 @@ use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
+use crate::files::npz::head;
 use crate::sim::Simulator;
 
-/// Length of the head of a file. Its blanks have room for any number of rows.
+/// Length of the head of a file, whatever the number of rows.
 const HEAD: usize = 128;
 
 /// A `.npy` file that grows by rows. Its head says how many are whole, so that it can be read while it grows, and if the
@@ -44,15 +45,8 @@ impl Growing {
             Some(width) => format!("{rows:<20}, {width}"),
             None => format!("{rows:<20},"),
         };
-        let kind = self.kind;
-        let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-        let mut head = b"\x93NUMPY\x01\x00".to_vec();
-        head.extend(((HEAD - 10) as u16).to_le_bytes());
-        head.extend(text.bytes());
-        head.resize(HEAD - 1, b' ');
-        head.push(b'\n');
         self.file.seek(SeekFrom::Start(0))?;
-        self.file.write_all(&head)
+        self.file.write_all(&head(self.kind, &shape))
     }
 }
 

@@ -8,6 +8,10 @@ use symbolt::spa::{
     Algebra, FactoredItems, Hrr, ItemMemory, Match, PairDecoder, dot, random_pointer,
 };
 
+#[path = "../support/factored.rs"]
+mod factored;
+use factored::{drawn, furthest};
+
 fn memory(items: u64, dim: usize) -> ItemMemory {
     let rows = (0..items).flat_map(|i| random_pointer(dim, Seed::new(i))).collect();
     match ItemMemory::new(rows, dim) {
@@ -160,28 +164,9 @@ fn broken_memories_are_refused_with_the_place() {
     assert!(refused(atoms, 8, vec![(0, 1.0)]).is_none());
 }
 
-fn drawn(dim: usize, atoms: usize, weighted: bool) -> FactoredItems {
-    let rows = (0..atoms).flat_map(|i| random_pointer(dim, Seed::new(i as u64))).collect();
-    let mut rng = Seed::new(77).rng();
-    let items: Vec<Vec<(usize, Real)>> = (0..500)
-        .map(|item| {
-            let term = |_| {
-                let weight = if weighted { 2.0 * rng.random::<Real>() - 1.0 } else { 1.0 };
-                (rng.random_range(0..atoms), weight)
-            };
-            (0..item % 13).map(term).collect()
-        })
-        .collect();
-    FactoredItems::new(rows, dim, items).expect("valid")
-}
-
 /// Similarities computed in double precision from the items as dense vectors.
 fn dense(items: &FactoredItems, query: &[Real]) -> Vec<Real> {
     (0..items.len()).map(|index| dot(&items.item(index), query)).collect()
-}
-
-fn furthest(a: &[Real], b: &[Real]) -> Real {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, Real::max)
 }
 
 #[test]
