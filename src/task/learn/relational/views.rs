@@ -19,6 +19,10 @@ const BEYOND: f64 = 1.3;
 const MOST_M: f64 = 0.015;
 /// Least number of differences.
 const FEW: usize = 8;
+/// Greatest standard deviation of a coordinate that is taken for noise where poses are held between looks, in metres.
+const HELD_M: f64 = 5e-3;
+/// Ratio of a difference to the next smaller one from which the two are unlike, and the least share of unlike ones.
+const UNLIKE: (f64, f64) = (1.01, 0.75);
 /// Least difference of views that is told from noise by its two modes, in metres.
 const TOLD_M: f64 = 3e-3;
 /// Ratio of the usual difference to a small one from which looks have two modes.
@@ -42,12 +46,19 @@ pub(super) fn differing(recording: &Recording, noise: &Noise) -> Option<(String,
                 continue;
             }
             if let Some(was) = last.insert(&object.id, &object.pose) {
+                // What is equal to the last bit was not looked at again, if other looks differ.
+                if noise.position_m == 0.0 && *was == object.pose {
+                    continue;
+                }
                 let difference = (was.distance(&object.pose), angle(was, &object.pose));
                 differences.entry(&object.kind).or_default().push(difference);
             }
         }
     }
-    let spreads = differences.into_iter().filter(|(_, values)| values.len() >= FEW);
+    let held = noise.position_m == 0.0;
+    let spreads = differences.into_iter().filter(|(_, values)| {
+        values.len() >= FEW && (!held || are_unlike(values.iter().map(|v| v.0).collect()))
+    });
     let spreads = spreads.map(|(kind, values)| {
         let (positions, angles) = values.into_iter().unzip();
         // Three coordinates, and two looks for each difference.
@@ -60,7 +71,15 @@ pub(super) fn differing(recording: &Recording, noise: &Noise) -> Option<(String,
         spreads.min_by(|a, b| a.1.position_m.total_cmp(&b.1.position_m))?;
     let beyond = spread.position_m > BEYOND * noise.position_m;
     let differ = beyond || (bimodal && spread.position_m > TOLD_M);
-    (differ && spread.position_m < MOST_M).then(|| (kind.to_owned(), spread))
+    let most = if held { HELD_M } else { MOST_M };
+    (differ && spread.position_m < most).then(|| (kind.to_owned(), spread))
+}
+
+/// Returns whether most differences are unlike, as those by noise are. Those between the stops of a mechanism agree.
+fn are_unlike(mut values: Vec<f64>) -> bool {
+    values.sort_by(f64::total_cmp);
+    let unlike = values.windows(2).filter(|two| two[1] > UNLIKE.0 * two[0]).count();
+    unlike as f64 >= UNLIKE.1 * values.len() as f64
 }
 
 /// Returns whether some differences are much smaller than is usual.
