@@ -201,11 +201,12 @@ impl<'m, 'r> Frames<'m, 'r> {
         let (Came::Placed(attempt), Came::Carried) = (own.came, motion.rests[other].came) else {
             return false;
         };
+        let since = motion.attempts[attempt].before;
+        // What was not seen when the attempt began may have moved before.
         let moved = |rest: usize| {
             let before = &motion.rests[motion.previous(rest)?];
-            Some(before.pose.distance(&motion.rests[rest].pose))
+            (before.last >= since).then(|| before.pose.distance(&motion.rests[rest].pose))
         };
-        let since = motion.attempts[attempt].before;
         motion.rests[other].first > since
             && motion.rests[other].first <= own.first
             && moved(other).zip(moved(rest)).is_some_and(|(other, own)| other > NUDGED * own)

@@ -372,8 +372,8 @@ impl<'r> Motion<'r> {
         let mut kept = poses.to_vec();
         let handled = |from: usize, to: usize| {
             let own = &self.attempts[self.attempts_of(d)];
-            let begun = own[..own.partition_point(|a| a.before <= from)].iter().rev();
-            begun.take_while(|a| to <= a.after).any(|a| a.declared)
+            let begun = own[..own.partition_point(|a| a.before < to)].iter().rev();
+            begun.take_while(|a| from < a.after).any(|a| a.declared)
         };
         if self.noise.position_m > NOISY_M {
             let lone = |a: (usize, Pose), b: (usize, Pose), c: &Pose| {

@@ -31,7 +31,7 @@ pub(super) struct States {
 /// Log priors of the frames: of the world, of kinds that never move and of kinds that move. What moves is a likely
 /// reference if it is near, and an unlikely one if it is far.
 const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0 };
-const FIXED_PRIOR: FramePrior = FramePrior { base: -1.0, slope: 2.0, crowd: 0.0 };
+const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0 };
 const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 };
 /// Distance below which an attempt left its object in place, in metres.
 const IN_PLACE_M: f64 = 5e-3;
