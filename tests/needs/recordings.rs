@@ -456,4 +456,19 @@ fn seven_sessions_of_a_real_arm_are_imported_and_teach_three_actions() {
         let domain = learn(&others, &Settings::default()).expect("it teaches").domain;
         assert_eq!(domain.operators.len(), 3, "without session {left}");
     }
+    // With a tenth of the objects left out, the same states.
+    let states = |recording: &Recording| {
+        let domain = learn(recording, &Settings::default()).expect("it teaches").domain;
+        let mut names: Vec<String> = domain.states.into_iter().map(|s| s.name).collect();
+        names.sort();
+        names
+    };
+    let whole = states(&imported.recording);
+    let same = (0..20u64).filter(|seed| {
+        let sensing = Sensing { missing_rate: 0.1, ..Sensing::default() };
+        states(&sensing.apply_recording(&imported.recording, Seed::new(*seed))) == whole
+    });
+    let same = same.count();
+    println!("a tenth left out: {same} of 20");
+    assert!(same >= 17, "{same} of 20");
 }

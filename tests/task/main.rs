@@ -38,6 +38,7 @@ mod imports_of_bags;
 mod input;
 mod kinematics;
 mod learn_model;
+mod missing_looks;
 mod modes;
 mod moving;
 mod names;
