@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value, json};
 use symbolt::task::Origin;
 use symbolt::task::domain::{
-    Coordinate, FrameState, GoalTerm, Need, NeedVerdict, Place, Quantity, RelationalDomain,
+    Before, Coordinate, FrameState, GoalTerm, Need, NeedVerdict, Place, Quantity, RelationalDomain,
     RelationalOperator, Role,
 };
 
@@ -177,6 +177,16 @@ fn need_table(domain: &RelationalDomain) -> Grid {
                 name = "";
             }
         }
+        for before in &operator.order {
+            let place = |(state, place): &(usize, usize)| {
+                format!("place {} of {}", place + 1, domain.states[*state].name)
+            };
+            let one_of: Vec<String> = before.one_of.iter().map(place).collect();
+            let own = place(&(operator.to, before.place));
+            let condition = format!("{own}: after {}", one_of.join(" or "));
+            grid.row([name.into(), condition, "required".into(), "was always so".into()]);
+            name = "";
+        }
     }
     grid
 }
@@ -287,6 +297,12 @@ fn action(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
         .filter_map(|r| Some(json!({"name": r.name(), "kind": domain.role_kind(operator, *r)?})))
         .collect();
     let needs: Vec<Value> = operator.needs.iter().map(|n| need(domain, operator, n)).collect();
+    let one_of = |before: &Before| -> Vec<Value> {
+        let each = before.one_of.iter();
+        each.map(|(state, place)| json!({"state": name(*state), "place": place})).collect()
+    };
+    let order = operator.order.iter();
+    let order: Vec<Value> = order.map(|b| json!({"place": b.place, "one_of": one_of(b)})).collect();
     let side_effects: Vec<Value> = operator
         .side_effects
         .iter()
@@ -314,6 +330,7 @@ fn action(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
         "undecided": with(NeedVerdict::Undecided, Vec::new()),
         "needs_count": counts,
         "needs": needs,
+        "order": order,
         "side_effects": side_effects,
         "displacement": operator.displacement,
         "never_seen": domain.names(&operator.never_seen),

@@ -63,6 +63,7 @@ mod sensing;
 mod settings_and_outlines;
 mod several_places;
 mod stack_planner;
+mod stacks_and_rows;
 mod statistics;
 mod strangers;
 mod synthetic;

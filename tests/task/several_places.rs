@@ -19,12 +19,12 @@ fn at(position: [f64; 3], yaw: f64, pitch: f64) -> Pose {
     Pose { position, orientation: [q.x, q.y, q.z, q.w] }
 }
 
-fn flat(x: f64, y: f64, z: f64, yaw: f64) -> Pose {
+pub(super) fn flat(x: f64, y: f64, z: f64, yaw: f64) -> Pose {
     at([x, y, z], yaw, 0.0)
 }
 
 /// A pose in the frame of another.
-fn on(reference: &Pose, pose: &Pose) -> Pose {
+pub(super) fn on(reference: &Pose, pose: &Pose) -> Pose {
     let isometry = |pose: &Pose| {
         let [x, y, z, w] = pose.orientation;
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
@@ -37,7 +37,7 @@ fn on(reference: &Pose, pose: &Pose) -> Pose {
 }
 
 /// Objects whose ids are their kinds with their numbers.
-fn objects(poses: &[(&str, Pose)]) -> Vec<ObjectPose> {
+pub(super) fn objects(poses: &[(&str, Pose)]) -> Vec<ObjectPose> {
     let named = poses.iter().enumerate().map(|(i, (kind, pose))| ObjectPose {
         id: format!("{kind}_{i}").into(),
         kind: (*kind).into(),
@@ -47,22 +47,22 @@ fn objects(poses: &[(&str, Pose)]) -> Vec<ObjectPose> {
 }
 
 impl Draw {
-    fn yaw(&mut self) -> f64 {
+    pub fn yaw(&mut self) -> f64 {
         self.within(-180.0, 180.0)
     }
 
     /// Somewhere on the table, on the near side of the fixtures.
-    fn lying(&mut self, z: f64) -> Pose {
+    pub fn lying(&mut self, z: f64) -> Pose {
         flat(self.within(-0.4, 0.4), self.within(-0.4, 0.0), z, self.yaw())
     }
 
     /// A fixture that stands somewhere else in each demonstration, turned.
-    fn fixture(&mut self, z: f64) -> Pose {
+    pub fn fixture(&mut self, z: f64) -> Pose {
         flat(self.within(-0.3, 0.3), self.within(0.2, 0.4), z, self.yaw())
     }
 }
 
-fn noisy(recording: &Recording, mm_deg: f64, seed: u64) -> Recording {
+pub(super) fn noisy(recording: &Recording, mm_deg: f64, seed: u64) -> Recording {
     sensing(mm_deg).apply_recording(recording, Seed::new(seed))
 }
 
@@ -70,12 +70,12 @@ fn sensing(mm_deg: f64) -> Sensing {
     Sensing { pose_noise_m: 1e-3 * mm_deg, pose_noise_deg: mm_deg, ..Sensing::default() }
 }
 
-fn learned(recording: &Recording) -> RelationalDomain {
+pub(super) fn learned(recording: &Recording) -> RelationalDomain {
     learn(recording, &Default::default()).expect("it can be learned").domain
 }
 
 /// The states in which objects of a kind are put.
-fn put<'d>(domain: &'d RelationalDomain, kind: &str) -> Vec<&'d FrameState> {
+pub(super) fn put<'d>(domain: &'d RelationalDomain, kind: &str) -> Vec<&'d FrameState> {
     let of = |s: &&FrameState| s.kind == kind && s.origin == Origin::Placed;
     domain.states.iter().filter(of).collect()
 }

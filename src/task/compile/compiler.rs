@@ -399,13 +399,26 @@ impl<'p> Compiler<'p> {
             test.of.iter().any(|(x, p)| *x == s.0 && (p.is_none() || *p == s.1))
         };
         let removes = action.source.of.iter().all(within)
-            && (test.reference.is_none() || test.reference == action.source.reference)
+            && self.leaves_reference(action, test)
             && match (test.object, action.object) {
                 (Some(one), object) => object == Some(one),
                 (None, Some(object)) => !test.except.contains(&object),
                 (None, None) => true,
             };
         (removes || aside()) && !self.enters(action, test)
+    }
+
+    /// Returns whether an action takes its object from the reference that a test is about: it says so, or there is no other.
+    fn leaves_reference(&self, action: &GroundAction, test: &Test) -> bool {
+        let only = |state: usize| {
+            let frame = &self.problem.domain.states[state].frame;
+            let all = self.problem.references(frame, action.object);
+            matches!(&all[..], [one] if Some(*one) == test.reference)
+        };
+        let source = &action.source;
+        test.reference.is_none()
+            || test.reference == source.reference
+            || (source.reference.is_none() && source.of.iter().all(|(state, _)| only(*state)))
     }
 
     /// Returns whether an action ends a fact wherever it is done: it puts an object where none may be, or moves the one
@@ -472,6 +485,8 @@ impl<'p> Compiler<'p> {
             };
             needs.push((free, None));
         }
+        let before = self.problem.before(action.operator, action.place, action.reference);
+        needs.extend(before.map(|test| (test, None)));
         if let (Some(object), Some(reference)) = (action.object, action.reference) {
             let kinds = [object, reference].map(|i| &*self.problem.objects[i].kind);
             let states = self.problem.domain.states.iter().enumerate();

@@ -8,8 +8,8 @@ use super::facts::Test;
 use crate::sim::{few, nearest_first};
 use crate::task::classify::Layout;
 use crate::task::domain::{
-    Fact, Frame, GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator, Role,
-    Situation, Subject,
+    Before, Fact, Frame, GoalTerm, NeedVerdict, Quantity, RelationalDomain, RelationalOperator,
+    Role, Situation, Subject,
 };
 use crate::task::recording::ObjectPose;
 
@@ -148,7 +148,13 @@ impl<'d> Problem<'d> {
                 })
             })
         };
-        conflicts.retain(|((a, _), (b, _))| a == b || !together(*a, *b));
+        // Places of one row are taken by one object each, whatever its kind.
+        let in_turn = |a: usize, b: usize| {
+            let mut rows = domain.operators.iter().flat_map(|o| &o.order);
+            let has = |row: &Before, s: usize| row.one_of.iter().any(|(state, _)| *state == s);
+            rows.any(|row| has(row, a) && has(row, b))
+        };
+        conflicts.retain(|((a, _), (b, _))| a == b || !together(*a, *b) || in_turn(*a, *b));
         let mut problem = Self {
             domain,
             objects: layout.objects.clone(),

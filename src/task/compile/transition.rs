@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::facts::Test;
 use super::moves::Move;
 use super::problem::Problem;
 use crate::task::domain::{
@@ -27,6 +28,7 @@ impl Problem<'_> {
                     let allowed = !stays
                         && !below
                         && self.place_is_free(&m, situation)
+                        && self.in_order(&m, situation)
                         && hard.all(|n| self.met(&m, n, situation));
                     if allowed {
                         moves.push(m);
@@ -103,6 +105,26 @@ impl Problem<'_> {
                     f.reference == m.reference
                         && self.conflicts.contains(&(wanted, (f.state, f.place)))
                 })
+        })
+    }
+
+    /// Returns whether the places that are filled before that of a move are.
+    fn in_order(&self, m: &Move, situation: &Situation) -> bool {
+        self.before(m.operator, m.place, m.reference).all(|test| test.holds(situation))
+    }
+
+    /// Returns what has to hold before an operator puts an object at a place of a reference, by the order of the places.
+    pub(super) fn before(
+        &self,
+        operator: usize,
+        place: usize,
+        reference: Option<usize>,
+    ) -> impl Iterator<Item = Test> + '_ {
+        let order = self.domain.operators[operator].order.iter();
+        order.filter(move |before| before.place == place).map(move |before| Test {
+            of: before.one_of.iter().map(|(state, place)| (*state, Some(*place))).collect(),
+            reference: Some(reference),
+            ..Test::of([])
         })
     }
 

@@ -68,6 +68,7 @@ impl RelationalDomain {
             .chain(effects)
             .chain(operator.from.iter().copied())
             .chain(operator.never_seen.iter().copied())
+            .chain(operator.order.iter().flat_map(|o| o.one_of.iter().map(|(state, _)| *state)))
             .chain([operator.to]);
         let count = self.states.len();
         if let Some(state) = all.find(|state| *state >= count) {
@@ -80,6 +81,18 @@ impl RelationalDomain {
         }
         if let Some(fault) = self.fault_of_roles(operator) {
             return Some(fault);
+        }
+        let (to, places) = (&self.states[operator.to], |state: usize| &self.states[state].places);
+        let beside = |(state, place): &(usize, usize)| {
+            self.states[*state].frame == to.frame && *place < places(*state).len()
+        };
+        let mut order = operator.order.iter();
+        if !order.all(|o| o.place < to.places.len() && o.one_of.iter().all(beside)) {
+            let problem = "has an order of places that there are not";
+            return Some(Fault::new(
+                problem,
+                format!("places of states relative to {}", to.frame.name()),
+            ));
         }
         let numbers = operator.displacement.iter().flat_map(|d| d.mean.iter().chain([&d.sd]));
         if numbers.into_iter().any(|v| !(v.is_finite() && v.abs() < FARTHEST_M)) {

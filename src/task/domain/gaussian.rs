@@ -126,6 +126,7 @@ impl CountedOperator {
             to: self.to,
             side_effects: self.effects.iter().map(|effect| begun(*effect)).collect(),
             displacement: None,
+            order: Vec::new(),
             instances: of,
             never_seen: self.absent,
         }

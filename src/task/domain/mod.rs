@@ -43,7 +43,7 @@ pub(crate) use condition::{Counted, Parameters};
 pub use frame::Frame;
 pub(crate) use frame::{relative, world_pose};
 pub use goal::{GoalTerm, Quantity};
-pub use operator::{Displacement, Need, NeedVerdict, RelationalOperator, SideEffect};
+pub use operator::{Before, Displacement, Need, NeedVerdict, RelationalOperator, SideEffect};
 pub use provenance::{KindClusters, Provenance};
 pub(crate) use situation::is_within;
 pub use situation::{Fact, Situation};

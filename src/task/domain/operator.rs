@@ -86,6 +86,15 @@ pub struct Displacement {
     pub sd: f64,
 }
 
+/// What has to be at the target before an object is put at one of the places of its new state: rows are filled from one end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Before {
+    /// Index of the place.
+    pub place: usize,
+    /// States in the same frame, each with a place: an object has to be in one of them.
+    pub one_of: Vec<(usize, usize)>,
+}
+
 /// The needs and effects of an action that moves one object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelationalOperator {
@@ -97,6 +106,8 @@ pub struct RelationalOperator {
     pub to: usize,
     /// Conditions before the action.
     pub needs: Vec<Need>,
+    /// The order in which the places of the new state are filled, if they always were in one; none where any will do.
+    pub order: Vec<Before>,
     /// Changes of other objects' states.
     pub side_effects: Vec<SideEffect>,
     /// How the object is displaced in open coordinates; `None` if it may be put anywhere in their range.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{
-    Condition, Displacement, FrameState, GoalTerm, Need, NeedVerdict, Provenance, Quantity,
+    Before, Condition, Displacement, FrameState, GoalTerm, Need, NeedVerdict, Provenance, Quantity,
     RelationalDomain, RelationalOperator, SideEffect, SubKinds, Subject,
 };
 use crate::files::{Limit, read_file};
@@ -103,11 +103,29 @@ struct SideEffectEntry {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct BeforeEntry {
+    place: usize,
+    one_of: Vec<PlaceEntry>,
+}
+
+/// A place of a state, by its index.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlaceEntry {
+    state: String,
+    place: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct OperatorEntry {
     name: String,
     from: Vec<String>,
     to: String,
     needs: Vec<NeedEntry>,
+    /// What has to be at the target before an object is put at a place.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    order: Vec<BeforeEntry>,
     side_effects: Vec<SideEffectEntry>,
     displacement: Option<Displacement>,
     instances: usize,
@@ -189,11 +207,18 @@ impl From<&RelationalDomain> for DomainFile {
             changed: e.changed,
             of: e.of,
         };
+        let place =
+            |(state, place): &(usize, usize)| PlaceEntry { state: name(*state), place: *place };
+        let before = |b: &Before| BeforeEntry {
+            place: b.place,
+            one_of: b.one_of.iter().map(place).collect(),
+        };
         let operator = |o: &RelationalOperator| OperatorEntry {
             name: o.name.clone(),
             from: names(&o.from),
             to: name(o.to),
             needs: o.needs.iter().map(need).collect(),
+            order: o.order.iter().map(before).collect(),
             side_effects: o.side_effects.iter().map(effect).collect(),
             displacement: o.displacement,
             instances: o.instances,
@@ -273,10 +298,19 @@ impl DomainFile {
                     of: e.of,
                 })
             };
+            let before = |(i, b): (usize, &BeforeEntry)| {
+                let place = |(j, p): (usize, &PlaceEntry)| {
+                    let field = || own(&format!("order[{i}].one_of[{j}].state"));
+                    Ok::<_, FieldFault>((names.find(&p.state, field)?, p.place))
+                };
+                let one_of = b.one_of.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+                Ok::<_, FieldFault>(Before { place: b.place, one_of })
+            };
             operators.push(RelationalOperator {
                 from: names.find_all(&entry.from, &own("from"))?,
                 to: names.find(&entry.to, || own("to"))?,
                 needs: entry.needs.iter().enumerate().map(need).collect::<Result<_, _>>()?,
+                order: entry.order.iter().enumerate().map(before).collect::<Result<_, _>>()?,
                 side_effects: {
                     let effects = entry.side_effects.iter().enumerate().map(effect);
                     effects.collect::<Result<_, _>>()?

@@ -8,7 +8,7 @@ use crate::task::domain::{FrameState, Place, Provenance};
 
 /// Paths of values that must be objects. They are checked here because serde also accepts a list of the field values in
 /// order. `[]` stands for every entry of a list. Each version has some of them.
-const OBJECTS: [&[&str]; 20] = [
+const OBJECTS: [&[&str]; 22] = [
     &["sub_kinds", "[]"],
     &["sub_kinds", "[]", "of", "[]"],
     &["provenance"],
@@ -24,6 +24,8 @@ const OBJECTS: [&[&str]; 20] = [
     &["operators", "[]"],
     &["operators", "[]", "needs", "[]"],
     &["operators", "[]", "side_effects", "[]"],
+    &["operators", "[]", "order", "[]"],
+    &["operators", "[]", "order", "[]", "one_of", "[]"],
     &["operators", "[]", "displacement"],
     &["states", "[]", "mean"],
     &["states", "[]", "learned"],

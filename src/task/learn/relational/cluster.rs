@@ -24,19 +24,24 @@ pub(super) struct Item {
 pub(super) struct FramePrior {
     /// At distance 0.
     pub base: f64,
-    /// Loss for each doubling of the distance, measured from [`NEAR_M`] below 0, in units of ln 2.
+    /// Loss for each doubling of the distance, measured from [`near`] below 0, in units of ln 2.
     pub slope: f64,
     /// Loss if another object that moves is always nearer.
     pub crowd: f64,
 }
 
-/// Distance at which the prior begins to fall, in metres.
+/// Distance at which the prior begins to fall, in metres, in scenes up to one metre wide. In a wider one things are larger.
 const NEAR_M: f64 = 0.02;
 
+/// Returns the distance at which the prior begins to fall in a scene of this size, in metres.
+pub(super) fn near(extent: [f64; 3]) -> f64 {
+    NEAR_M * extent.into_iter().fold(1.0, f64::max)
+}
+
 impl FramePrior {
-    fn of(&self, n: usize, sums: &Sums) -> f64 {
+    fn of(&self, n: usize, sums: &Sums, near_m: f64) -> f64 {
         let n = n as f64;
-        self.base - self.slope * (sums.far / (n * NEAR_M)).ln_1p() - self.crowd * sums.crowded / n
+        self.base - self.slope * (sums.far / (n * near_m)).ln_1p() - self.crowd * sums.crowded / n
     }
 }
 
@@ -47,6 +52,8 @@ pub(super) struct Clustering<'a> {
     pub priors: &'a [FramePrior],
     /// Size of the scene, in each frame.
     pub extents: &'a [[f64; 3]],
+    /// Distance at which the prior of a frame begins to fall, in metres.
+    pub near_m: f64,
     /// Attempts, as pairs of items before and after.
     pub attempts: &'a [(usize, usize)],
     pub likelihood: &'a Likelihood,
@@ -83,7 +90,11 @@ impl Clustering<'_> {
     }
 
     fn score_in(&self, frame: usize, n: usize, sums: &Sums) -> f64 {
-        self.likelihood.poses(n, sums, &self.extents[frame]) + self.priors[frame].of(n, sums)
+        self.likelihood.poses(n, sums, &self.extents[frame]) + self.prior(frame, n, sums)
+    }
+
+    fn prior(&self, frame: usize, n: usize, sums: &Sums) -> f64 {
+        self.priors[frame].of(n, sums, self.near_m)
     }
 
     /// Returns the best frame and the posterior of a cluster with these sums.
@@ -93,7 +104,7 @@ impl Clustering<'_> {
         let mut likeliest = f64::NEG_INFINITY;
         for (f, sums) in frames.iter().enumerate() {
             let Some(sums) = sums else { continue };
-            likeliest = likeliest.max(self.priors[f].of(n, sums));
+            likeliest = likeliest.max(self.prior(f, n, sums));
             let score = self.score_in(f, n, sums);
             found = sums.found;
             if score > best.1 + 1e-9 {
@@ -104,6 +115,25 @@ impl Clustering<'_> {
         // A uniform prior of the share of found objects integrates out.
         let origins = ln_gamma(found + 1.0) + ln_gamma(n - found + 1.0) - ln_gamma(n + 2.0);
         (best.0, best.1 - likeliest + origins + ln_gamma(n) + CONCENTRATION)
+    }
+
+    /// Returns the best frame of a cluster of `n` items, and the posterior in each frame.
+    ///
+    /// Noise does not decide between frames, but orientation does: what is turned in every way beside a part that is turned
+    /// in every way, and in one way beside another, belongs to the other. `turns` says whether it counts.
+    pub fn frame(&self, n: usize, frames: &[Option<Sums>], turns: bool) -> (usize, Vec<f64>) {
+        let mut turned = self.likelihood.clone();
+        turned.turns |= turns;
+        let clustering = Clustering { likelihood: &turned, ..*self };
+        let quiet = frames.iter().map(|f| f.as_ref().map(|sums| sums.without_noise(n)));
+        let quiet: Vec<Option<Sums>> = quiet.collect();
+        (clustering.score(n, &quiet).0, clustering.scores(n, &quiet))
+    }
+
+    /// Returns the sums of some items in each frame.
+    pub fn sums(&self, members: &[usize]) -> Vec<Option<Sums>> {
+        let sums = members.iter().map(|i| self.items[*i].frames.clone());
+        sums.reduce(|a, b| Self::union(&a, &b)).unwrap_or_default()
     }
 
     fn union(a: &[Option<Sums>], b: &[Option<Sums>]) -> Vec<Option<Sums>> {
@@ -177,8 +207,7 @@ impl Clustering<'_> {
             let (old, single) = (&clusters[from], self.single(item));
             let others: Vec<usize> =
                 old.members.iter().copied().filter(|other| *other != item).collect();
-            let sums = others.iter().map(|i| self.items[*i].frames.clone());
-            let frames = sums.reduce(|a, b| Self::union(&a, &b)).unwrap_or_default();
+            let frames = self.sums(&others);
             let (frame, score) = match others.len() {
                 0 => (0, 0.0),
                 n => self.score(n, &frames),

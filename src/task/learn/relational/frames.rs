@@ -99,7 +99,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             rest.came == Came::Carried && motion.kind(rest) == &*self.kinds[kind]
         });
         let own: Vec<usize> = own.collect();
-        if own.iter().any(|rest| self.carried_from.contains_key(rest)) {
+        if own.iter().any(|rest| self.follows_handled(*rest, self.kinds.len())) {
             return false;
         }
         let frames =
@@ -116,6 +116,20 @@ impl<'m, 'r> Frames<'m, 'r> {
         };
         let by_action = own.iter().filter(|r| !motion.moved_between_attempts(**r) && again(**r));
         2 * by_action.count() < own.len()
+    }
+
+    /// Returns whether something carried an object to a rest that was itself moved by an attempt, or carried so in turn.
+    fn follows_handled(&self, rest: usize, depth: usize) -> bool {
+        let Some(before) = self.carried_from.get(&rest).filter(|_| depth > 0) else { return false };
+        (1..=self.kinds.len()).filter(|f| self.lies_alike(*before, rest, *f)).any(|frame| {
+            let carrier = self.reference(rest, frame);
+            let there = carrier.and_then(|(track, _)| self.rest_during(rest, track));
+            there.is_some_and(|there| match self.motion.rests[there].came {
+                Came::Placed(_) => true,
+                Came::Carried => self.follows_handled(there, depth - 1),
+                Came::Found => false,
+            })
+        })
     }
 
     /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.
@@ -153,7 +167,7 @@ impl<'m, 'r> Frames<'m, 'r> {
 
     /// Returns the first rest of another object during a rest. A container that carried the object comes to rest a
     /// little later.
-    fn rest_during(&self, rest: usize, track: usize) -> Option<usize> {
+    pub fn rest_during(&self, rest: usize, track: usize) -> Option<usize> {
         let own = &self.motion.rests[rest];
         self.motion.rest_during(own.demo, track, (own.first, own.last))
     }
@@ -256,7 +270,9 @@ impl<'m, 'r> Frames<'m, 'r> {
             choices = of;
             // A frame is refused if its object leaves while the rest lasts.
             let begin = self.rest_during(rest, track)?;
-            if self.came_along(rest, begin) {
+            // What carries the object later on is no hand.
+            let carries = |next: &usize| self.lies_alike(rest, *next, frame);
+            if self.came_along(rest, begin) && !self.carried_to.get(&rest).is_some_and(carries) {
                 return None;
             }
             let there = &self.motion.rests[begin].pose;

@@ -10,6 +10,7 @@ mod models;
 mod motion;
 mod operators;
 mod places;
+mod rows;
 mod single;
 mod states;
 mod views;

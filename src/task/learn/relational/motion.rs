@@ -339,16 +339,37 @@ impl<'r> Motion<'r> {
             }
             _ => None,
         };
-        let mut group: Vec<(usize, Pose)> = Vec::new();
-        for (s, pose) in kept {
-            if group.last().is_some_and(|(_, last)| self.differs(last, &pose)) {
-                self.finish(d, t, &group, (came, first));
-                group.clear();
-                (came, first) = (Came::Carried, None);
-            }
-            group.push((s, pose));
+        for group in self.lying(kept) {
+            self.finish(d, t, &group, (came, first));
+            (came, first) = (Came::Carried, None);
         }
-        self.finish(d, t, &group, (came, first));
+    }
+
+    /// Cuts the poses of an object that no attempt moved where it was moved all the same. Two looks that differ by noise are
+    /// no movement: the object lies after them as it lay before.
+    fn lying(&self, poses: Vec<(usize, Pose)>) -> Vec<Vec<(usize, Pose)>> {
+        let mut groups: Vec<Vec<(usize, Pose)>> = Vec::new();
+        for (s, pose) in poses {
+            match groups.last_mut().filter(|g| g.last().is_some_and(|l| !self.differs(&l.1, &pose)))
+            {
+                Some(group) => group.push((s, pose)),
+                None => groups.push(vec![(s, pose)]),
+            }
+        }
+        if groups.len() < 2 || !self.is_noisy() {
+            return groups;
+        }
+        let middle = |group: &[(usize, Pose)]| {
+            median(&group.iter().map(|(_, pose)| *pose).collect::<Vec<Pose>>())
+        };
+        let mut out: Vec<Vec<(usize, Pose)>> = Vec::new();
+        for group in groups {
+            match out.last_mut().filter(|last| !self.differs(&middle(last), &middle(&group))) {
+                Some(last) => last.extend(group),
+                None => out.push(group),
+            }
+        }
+        out
     }
 
     /// Returns whether an object lay where it was first seen after an attempt ever since the attempt's end. It did if it is near

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::frames::SMALLEST_M;
 use super::likelihood::{Likelihood, Spread};
 use super::motion::{Came, Motion, Rest};
+use super::rows::Rows;
 use super::states::{States, least_support};
 use crate::task::domain::{
     Condition, Coordinate, Displacement, Fact, Need, NeedVerdict, Origin, Parameters,
@@ -14,13 +15,13 @@ use crate::task::learn::attempts::Attempt;
 use crate::task::learn::summary::Failure;
 
 /// A demonstrated instance of an action.
-struct Instance {
-    attempt: Attempt,
+pub(super) struct Instance {
+    pub attempt: Attempt,
     object: usize,
     from: Fact,
-    to: Fact,
+    pub to: Fact,
     /// The fact of each track before and after.
-    before: Situation,
+    pub before: Situation,
     after: Situation,
     /// The tracks that are not seen before or after, although they lie somewhere; none unless objects are missing for a moment.
     unseen: BTreeSet<usize>,
@@ -58,12 +59,16 @@ pub(super) fn find(motion: &Motion<'_>, found: &States) -> Operators {
         let demos: BTreeSet<usize> = instances.iter().map(|i| i.attempt.demo).collect();
         demos.len() >= least || instances.iter().all(shown)
     });
-    let seen = seen(motion, found);
+    let (seen, rows) = (seen(motion, found), Rows::of(found, of_state.values().flatten()));
     let mut operators = Vec::new();
     let mut index = BTreeMap::new();
     for (state, instances) in &of_state {
         index.insert(*state, operators.len());
-        operators.push(operator(motion, found, *state, instances, &seen));
+        let order = rows.order(*state);
+        operators.push(RelationalOperator {
+            order,
+            ..operator(motion, found, *state, instances, &seen)
+        });
     }
     let judged = outcomes
         .into_iter()
@@ -322,6 +327,8 @@ fn operator(
         let (verdict, holds, least, every) = (NeedVerdict::Undecided, true, 1, false);
         needs.push(Need { condition, or, verdict, holds, least, every, held: of, of });
     }
+    needs.extend(states_of_parameters(motion, found, instances, &needs));
+    needs.extend(cleared(motion, found, to, instances, &needs));
     let never_seen = (0..found.states.len())
         .filter(|s| {
             instances.iter().all(|i| i.before.iter().flatten().all(|label| label.state != *s))
@@ -332,11 +339,80 @@ fn operator(
         from: from.into_iter().map(|(state, _)| state).collect(),
         to,
         needs,
+        order: Vec::new(),
         side_effects: side_effects(found, instances),
         displacement: displacement(motion, found, to, instances),
         instances: of,
         never_seen,
     }
+}
+
+/// Returns needs that a parameter is in one of several states, in which it was each time, where its kind has others: what is
+/// stacked goes onto the plate's block or onto another block, but not onto a block that lies about.
+fn states_of_parameters(
+    motion: &Motion<'_>,
+    found: &States,
+    instances: &[Instance],
+    known: &[Need],
+) -> Vec<Need> {
+    let own = |role: Role| {
+        let subject = Subject::Is(role);
+        if known.iter().any(|need| need.condition.subject == subject && need.is_positive()) {
+            return None;
+        }
+        let fact =
+            |i: &Instance| -> Option<usize> { Some(i.before[i.parameters().get(role)?]?.state) };
+        let of: Vec<usize> = instances.iter().map(fact).collect::<Option<_>>()?;
+        let mut or: Vec<usize> = of.iter().copied().collect::<BTreeSet<_>>().into_iter().collect();
+        let track = instances[0].parameters().get(role)?;
+        let kind = &motion.tracks[instances[0].attempt.demo][track].kind;
+        let others = (0..found.states.len()).filter(|s| *found.states[*s].kind == **kind);
+        let fewer = or.len() < others.count();
+        let (of, several) = (of.len(), or.len() > 1 && 2 * or.len() <= of.len());
+        let condition = Condition { state: or.remove(0), subject };
+        let (verdict, holds, least, every) = (NeedVerdict::Undecided, true, 1, false);
+        let need = Need { condition, or, verdict, holds, least, every, held: of, of };
+        (fewer && several).then_some(need)
+    };
+    [Role::Origin, Role::Target].into_iter().filter_map(own).collect()
+}
+
+/// Returns needs that no object is left in a state in which objects of its kind were found at the beginning: all had been put
+/// somewhere each time, but not all in one state, or in different numbers.
+fn cleared(
+    motion: &Motion<'_>,
+    found: &States,
+    to: usize,
+    instances: &[Instance],
+    known: &[Need],
+) -> Vec<Need> {
+    let of = instances.len();
+    let starts: Vec<Situation> =
+        instances.iter().map(|i| scene(motion, found, i.attempt.demo, 0)).collect();
+    let own = |state: usize| {
+        let model = &found.states[state];
+        let of_kind = |s: usize| found.states[s].kind == model.kind;
+        let condition = Condition { state, subject: Subject::Any };
+        let (mut all, mut numbers) = (instances.iter().zip(&starts), BTreeSet::new());
+        let cleared = all.all(|(i, start)| {
+            let at_first = i.count(start, &condition);
+            let present = i.present(motion, found, &condition);
+            numbers.insert(present);
+            let hidden = i.may_hold(motion, found, &condition);
+            at_first > 0 && i.count(&i.before, &condition) == 0 && !hidden
+        });
+        let mut about = known.iter().filter(|n| n.is_positive() && of_kind(n.condition.state));
+        let told = match numbers.len() {
+            1 => about.next().is_some(),
+            _ => about.any(|need| need.every),
+        };
+        let may = model.origin == Origin::Found && !of_kind(to) && of > 1;
+        (may && cleared && !told).then(|| {
+            let (verdict, holds, least, every) = (NeedVerdict::Undecided, false, 1, false);
+            Need { condition, or: Vec::new(), verdict, holds, least, every, held: 0, of }
+        })
+    };
+    (0..found.states.len()).filter_map(own).collect()
 }
 
 /// Returns the changes of other objects' states. A change counts only where it was possible.

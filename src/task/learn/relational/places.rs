@@ -1,6 +1,6 @@
 //! Joins and splits clusters: states with several places, and nudged objects.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use statrs::function::gamma::ln_gamma;
 
@@ -22,6 +22,8 @@ const PLACES: f64 = 1.0;
 const COINCIDENCES: f64 = 3.0;
 /// Width of the uniform distribution as uncertain as a Gaussian, in standard deviations: the square root of 2 pi e.
 const GAUSSIAN: f64 = 4.13;
+/// Evidence against a cut whose sides are told by what their rests lie on: a kind of a few.
+const TOLD: f64 = -1.5;
 /// Evidence against a cut beyond which further cuts do not make up for it.
 const HOPELESS: f64 = 6.0;
 /// Least log likelihood of a state's poses, relative to poses scattered over the scene.
@@ -37,6 +39,8 @@ pub(super) struct Group {
     pub scores: Vec<f64>,
     /// Log likelihood in the best frame, relative to poses scattered over the scene.
     pub evidence: f64,
+    /// Whether this is a place on a part in a heap of places in another frame: no place in that frame.
+    pub stacked: bool,
 }
 
 /// Returns whether the poses of a state are as good as scattered over the scene. Such poses are outliers.
@@ -55,7 +59,17 @@ fn common_frame(groups: &[Group], all: &[usize]) -> Option<usize> {
     let is_own = all.iter().any(|g| groups[*g].frame == best);
     let most = if is_own { COMMON.0 } else { COMMON.1 };
     let loses = |g: &Group| g.scores[g.frame] - g.scores[best];
-    all.iter().all(|g| loses(&groups[*g]) <= most).then_some(best)
+    let stacked = |g: &Group| g.stacked && g.frame != best;
+    let may = |g: &usize| loses(&groups[*g]) <= most && !stacked(&groups[*g]);
+    all.iter().all(may).then_some(best)
+}
+
+/// Returns a kind that all of some rests lie on, and none of some others, if each set has the kinds that one rest lies on.
+pub(super) fn told_apart(own: &[BTreeSet<usize>], others: &[BTreeSet<usize>]) -> Option<usize> {
+    let mut kinds = own.first()?.iter().copied();
+    kinds.find(|kind| {
+        own.iter().all(|on| on.contains(kind)) && !others.iter().any(|on| on.contains(kind))
+    })
 }
 
 /// Rests with their sums in one frame.
@@ -67,11 +81,13 @@ fn total(place: &[(usize, Sums)]) -> Sums {
 
 /// Cuts poses into the likeliest places, one gap in one coordinate after the other. Returns also how much likelier they are
 /// than one place. In the other coordinates, both sides of a gap may have the same values. `least` is the smallest gap, `logs`
-/// the log marginal likelihoods of the coordinates and of the orientation of a place.
+/// the log marginal likelihoods of the coordinates and of the orientation of a place. `lies_on` returns the kinds of the parts
+/// that a rest lies on: where they tell the sides of a gap, nothing else has to.
 fn modes(
     mut poses: Place,
     least: f64,
     logs: &impl Fn(usize, &Sums) -> [f64; 4],
+    lies_on: &impl Fn(usize) -> BTreeSet<usize>,
 ) -> (Vec<Place>, f64) {
     let n = poses.len();
     let whole = logs(n, &total(&poses));
@@ -92,7 +108,16 @@ fn modes(
             let shared = |j: usize| log_add(0.0, apart(j)) - 2f64.ln();
             let others: f64 = (0..4).filter(|j| *j != i).map(shared).sum();
             let sides = ln_gamma(cut as f64 + 1.0) + ln_gamma((n - cut) as f64 + 1.0);
-            let gain = apart(i) + others + sides - ln_gamma(n as f64 + 2.0) - 3f64.ln();
+            let sides = sides - ln_gamma(n as f64 + 2.0) - 3f64.ln();
+            let told = || {
+                let on = |side: &[(usize, Sums)]| -> Vec<BTreeSet<usize>> {
+                    side.iter().map(|(rest, _)| lies_on(*rest)).collect()
+                };
+                let (left, right) = (on(&poses[..cut]), on(&poses[cut..]));
+                told_apart(&left, &right).is_some() || told_apart(&right, &left).is_some()
+            };
+            let gain = apart(i) + others;
+            let gain = gain + if gain > 0.0 && told() { sides.max(TOLD) } else { sides };
             if gain > best.0 {
                 best = (gain, i, cut);
             }
@@ -105,7 +130,7 @@ fn modes(
     poses.sort_by(along(i));
     let right = poses.split_off(cut);
     let ((mut places, left), (others, right)) =
-        (modes(poses, least, logs), modes(right, least, logs));
+        (modes(poses, least, logs, lies_on), modes(right, least, logs, lies_on));
     places.extend(others);
     let gain = gain + left + right;
     if gain > 0.0 { (places, gain) } else { (vec![places.concat()], 0.0) }
@@ -155,6 +180,24 @@ fn coincidences(
 }
 
 impl Frames<'_, '_> {
+    /// Returns the kinds of the parts that an object lies on: they were put there, and are more above or below it than aside.
+    pub fn lies_on(&self, rest: usize) -> BTreeSet<usize> {
+        let (motion, mut on) = (self.motion, BTreeSet::new());
+        let Some(up) = self.up else { return on };
+        let own = &motion.rests[rest];
+        for kind in (0..self.kinds.len()).filter(|kind| self.moves[*kind]) {
+            let below = self.reference(rest, kind + 1);
+            let below = below.and_then(|(track, _)| self.rest_during(rest, track));
+            let Some(there) = below.map(|there| &motion.rests[there]) else { continue };
+            let far = there.pose.distance(&own.pose);
+            let high = (there.pose.position[up] - own.pose.position[up]).abs();
+            if there.came != Came::Found && 2.0 * high * high > far * far {
+                on.insert(kind);
+            }
+        }
+        on
+    }
+
     /// Joins clusters between which objects were only nudged: moved by no attempt, and much less than attempts move them.
     pub fn without_nudges(&self, kind: usize, mut groups: Vec<Group>) -> Vec<Group> {
         let mut moved: Vec<f64> = (self.motion.attempts.iter())
@@ -229,7 +272,7 @@ impl Frames<'_, '_> {
         let (mut places, mut gain) =
             coincidences(poses.clone(), least, likelihood.scale_m, |r| self.motion.rests[r].demo);
         if gain < COINCIDENCES || 2 * places.len() > poses.len() {
-            (places, gain) = modes(poses, least, &logs);
+            (places, gain) = modes(poses, least, &logs, &|rest| self.lies_on(rest));
         }
         let sparse = 2 * places.len() > group.rests.len();
         let tight = |p: &Place| {

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::cluster::{Clustering, FramePrior, Item};
+use super::cluster::{Clustering, FramePrior, Item, near};
 use super::frames::Frames;
-use super::likelihood::{Likelihood, Sums};
+use super::likelihood::Likelihood;
 use super::motion::{Came, Motion, Rest};
-use super::places::{Group, is_scattered};
+use super::places::{Group, is_scattered, told_apart};
 use crate::task::domain::{Fact, FrameState};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -120,6 +120,7 @@ impl Frames<'_, '_> {
             })
             .collect();
         let extents: Vec<[f64; 3]> = (0..frames).map(|f| self.extent_in(f)).collect();
+        let near_m = near(extents[0]);
         let place: BTreeMap<usize, usize> = rests.iter().copied().zip(0..).collect();
         let attempts: Vec<(usize, usize)> = (self.motion.attempts.iter())
             .filter_map(|a| {
@@ -134,21 +135,15 @@ impl Frames<'_, '_> {
                 items: &items,
                 priors: &priors,
                 extents: &extents,
+                near_m,
                 attempts: &attempts,
                 likelihood,
             };
             let mut clusters = clustering.run();
-            // Noise does not decide between frames, but orientation does: what is turned in every way beside a part that is turned
-            // in every way, and in one way beside another, belongs to the other.
-            let mut turned = likelihood.clone();
-            turned.turns = true;
-            let clustering = Clustering { likelihood: &turned, ..clustering };
             let scored = clusters.iter_mut().map(|c| {
-                let n = c.members.len();
-                let quiet = c.frames.iter().map(|f| f.as_ref().map(|sums| sums.without_noise(n)));
-                let quiet: Vec<Option<Sums>> = quiet.collect();
-                c.frame = clustering.score(n, &quiet).0;
-                clustering.scores(n, &quiet)
+                let (frame, scores) = clustering.frame(c.members.len(), &c.frames, true);
+                c.frame = frame;
+                scores
             });
             let scores: Vec<Vec<f64>> = scored.collect();
             scores.into_iter().zip(clusters).collect::<Vec<_>>()
@@ -182,10 +177,78 @@ impl Frames<'_, '_> {
                 frame: c.frame,
                 scores,
                 evidence: likely - n as f64 * scattered,
+                stacked: false,
             }
         });
-        let split = groups.flat_map(|g| self.split(g, &likelihood)).collect();
+        let clustering = Clustering {
+            items: &items,
+            priors: &priors,
+            extents: &extents,
+            near_m,
+            attempts: &attempts,
+            likelihood: &likelihood,
+        };
+        let frame = |own: &[usize], turns: bool| {
+            let members: Vec<usize> = own.iter().map(|rest| place[rest]).collect();
+            clustering.frame(members.len(), &clustering.sums(&members), turns)
+        };
+        let split = groups.flat_map(|g| self.unstacked(self.split(g, &likelihood), frame));
+        let split = split.collect();
         (split, likelihood.turns)
+    }
+
+    /// Gives those of several places of one cluster that are on a part that moves to the part: what is stacked is seen at several
+    /// heights above the table, but at one height above what it lies on. `of` returns the best frame of some rests, with the
+    /// posterior in each frame, by their orientations as well if it is told so.
+    fn unstacked(
+        &self,
+        places: Vec<Group>,
+        of: impl Fn(&[usize], bool) -> (usize, Vec<f64>),
+    ) -> Vec<Group> {
+        if places.len() < 2 {
+            return places;
+        }
+        let on: Vec<Vec<BTreeSet<usize>>> = places
+            .iter()
+            .map(|group| group.rests.iter().map(|rest| self.lies_on(*rest)).collect())
+            .collect();
+        let (mut stacked, mut others): (Vec<Group>, Vec<Group>) = (Vec::new(), Vec::new());
+        for (index, mut group) in places.into_iter().enumerate() {
+            let elsewhere = (0..on.len()).filter(|other| *other != index);
+            let elsewhere: Vec<BTreeSet<usize>> =
+                elsewhere.flat_map(|other| on[other].iter().cloned()).collect();
+            // Of two or three, all may be turned alike by chance.
+            let turns = told_apart(&on[index], &elsewhere).is_none();
+            let (frame, scores) = of(&group.rests, turns);
+            let part = frame.checked_sub(1).is_some_and(|kind| self.moves[kind]);
+            if group.rests.len() > 1 && part && frame != group.frame {
+                (group.stacked, group.frame, group.scores) = (true, frame, scores);
+                stacked.push(group);
+            } else {
+                others.push(group);
+            }
+        }
+        // What lies on parts of one kind in one way is one state, whatever the height of the heap.
+        let mut out: Vec<Group> = Vec::new();
+        for group in stacked.into_iter().chain(others) {
+            let joined = out.iter_mut().filter(|other| other.stacked).find_map(|other| {
+                let both = [&other.rests[..], &group.rests[..]].concat();
+                let (common, scores) = of(&both, true);
+                // The posterior of a place of a cluster is that of the whole cluster.
+                let own = of(&group.rests, true).1[group.frame];
+                let alike =
+                    common == other.frame && scores[common] > other.scores[other.frame] + own;
+                alike.then_some((other, both, scores))
+            });
+            match joined {
+                Some((other, both, scores)) => {
+                    (other.rests, other.scores) = (both, scores);
+                    other.evidence += group.evidence;
+                }
+                None => out.push(group),
+            }
+        }
+        out
     }
 
     /// Returns whether objects were found in all of these rests and some were then moved on purpose. What was shown once is
