@@ -35,12 +35,13 @@ function reasoned(episode, act, index) {
   line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
   if (act.action) line("It leads to", episode.leadsTo(index));
   line("After a failure", act.recovery);
+  if (act.action && !act.well) line("Meanwhile", episode.meddled(act));
   act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.sayState(nearest)}”: ${off}`));
   const last = index === episode.acts.length - 1;
   const what = act.action ? `${capital(act.words)}.` : last ? `Nothing: ${episode.outcome()}.` : "Nothing: it found no way, and looked again.";
   const list = make("ul", null, ...lines);
   list.className = "why";
-  return make("div", null, make("strong", what), ...(lines.length ? [list] : []));
+  return make("div", null, make("strong", `${index + 1}. ${what}`), ...(lines.length ? [list] : []));
 }
 
 // Whether a fact that holds is a guess about a part in no state.

@@ -35,7 +35,7 @@ class Episode {
         asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: off ? "off its place" : outcome, well: outcome === "placed" && !off,
+        came: off ? "off its place" : outcome !== "placed" && landed?.as_planned ? `${outcome}, but in place` : outcome, well: outcome === "placed" && !off,
         until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
@@ -58,15 +58,24 @@ class Episode {
     const later = this.acts.findIndex((other, i) => i > index && other.action && other.symbol !== act.symbol
       && other.needs.some((need) => fresh.includes(need)));
     const said = [];
-    if (goals.length) said.push(`a part of the goal: ${this.names.list(goals, 3)}`);
+    // Of a term that counts objects, one step brings one.
+    const term = (fact) => (/^(every|at least) /.test(this.names.say(fact)) ? `one step towards “${this.names.say(fact)}”` : this.names.say(fact));
+    if (goals.length) said.push(`a part of the goal: ${goals.slice(0, 3).map(term).join("; ")}`);
     if (later >= 0) {
       const needed = this.acts[later].needs.filter((need) => fresh.includes(need));
       const others = needed.filter((need) => !goals.includes(need));
-      const what = others.length ? this.names.list(this.names.shown(others), 3) : "this";
-      said.push(`${what}, which decision ${later + 1} needs (${this.acts[later].words})`);
+      const by = `which decision ${later + 1} needs (${this.acts[later].words})`;
+      if (others.length || !said.length) said.push(`${this.names.list(this.names.shown(others), 3)}, ${by}`);
+      else said[0] += `, ${by}`;
     }
     if (!said.length && fresh.length) said.push(this.names.list(this.names.shown(fresh), 3));
     return said.join("; and ");
+  }
+
+  // What another hand did after a step was decided and before it ended.
+  meddled({ decided, until }) {
+    const during = this.displaced.filter(({ t }) => t >= decided && t <= until);
+    return during.map((one) => `at ${seconds(one.t, 1)}, after this was decided, ${one.words.replace(", not the robot,", "")}`).join("; ");
   }
 
   // The part between the fingers at a moment.

@@ -33,7 +33,8 @@ function missedBy(episode, act) {
   if (!own) return "";
   const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"}`;
   const name = episode.names.say(own.id);
-  if (act.landed && !act.landed.as_planned && act.outcome === "placed") return `${capital(landedInWords(act.landed))}.`;
+  const meddled = episode.meddled(act);
+  if (act.landed && !act.landed.as_planned && act.outcome === "placed") return [capital(landedInWords(act.landed)), meddled].filter(Boolean).join("; ");
   // What was dropped may have fallen to where it belongs.
   const there = own.across < 1e-3 && Math.abs(own.above) < 1e-3;
   const said = [there
@@ -41,6 +42,7 @@ function missedBy(episode, act) {
     : `${name} is ${millimetres(own.across, 0)} mm beside its target and ${height}`];
   const near = apart.filter(({ id }) => id !== own.id && id !== chosen.reference).sort((a, b) => a.all - b.all)[0];
   if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from that target`);
+  if (meddled) said.push(meddled);
   return said.join("; ");
 }
 

@@ -21,14 +21,17 @@ function story({ run, domain, recording }, episode) {
   const learned = domain
     ? [`The goal: ${goal || "unknown"}.`, `${plural(domain.states.length, "state")} and ${plural(domain.operators.length, "action")}:`]
     : ["The learned domain is missing."];
-  const actions = (domain?.operators ?? []).map((operator) => episode.names.begin(operator.name));
+  const actions = (domain?.operators ?? []).map((operator, i) => [i + 1, episode.names.begin(operator.name)]);
   const longest = episode.acts.reduce((most, act) => Math.max(most, act.took), 0);
   const decided = episode.acts.length
     ? [`${plural(acts.length, "step")}, decided one at a time. The longest decision took ${longest.toFixed(0)} ms of simulated time.`]
     : ["No decisions are known."];
-  const steps = acts.map((act) => `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`);
+  // The numbers are those of the decisions.
+  const steps = acts.map((act) => [episode.acts.indexOf(act) + 1, `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`]);
   const failed = acts.length - well;
-  const missed = acts.filter((act) => !act.well && act.landed).slice(0, 3).map((act) => `“${capital(act.words)}” did not (${act.came}): ${landedInWords(act.landed)}.`);
+  const unlike = acts.filter((act) => !act.well && act.landed);
+  const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” did not (${act.came}): ${landedInWords(act.landed)}.`);
+  if (unlike.length > 3) missed.push(`And ${unlike.length - 3} more: see “What went wrong”.`);
   const done = [`${well} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
   const others = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);
@@ -40,7 +43,7 @@ function story({ run, domain, recording }, episode) {
 function showStory(box, data, episode) {
   box.replaceChildren(...story(data, episode).map(([heading, lines, steps]) => {
     const item = make("li", null, make("h2", heading), ...lines.map((line) => make("p", line)));
-    if (steps?.length) item.append(make("ol", null, ...steps.slice(0, STEPS_SHOWN).map((step) => make("li", step))));
+    if (steps?.length) item.append(make("ol", null, ...steps.slice(0, STEPS_SHOWN).map(([number, step]) => Object.assign(make("li", step), { value: number }))));
     if (steps?.length > STEPS_SHOWN) item.append(make("p", `And ${steps.length - STEPS_SHOWN} more: see below.`));
     return item;
   }));

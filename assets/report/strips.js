@@ -113,7 +113,7 @@ class Lanes extends Strip {
     pen.lineTo(x + 5, y - tip);
     pen.lineTo(x, y + tip);
     pen.fill();
-    const room = next ? this.axis.x(next.t) - x - 18 : Infinity;
+    const room = (next ? this.axis.x(next.t) - 11 : this.axis.width - this.axis.right) - x - 7;
     if (pen.measureText(touch.name).width > room) return;
     pen.textAlign = "left";
     pen.fillText(touch.name, x + 7, y);

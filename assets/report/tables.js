@@ -117,6 +117,7 @@ const FIGURES = {
   false_goals: "goals wrongly taken as met",
   unclaimed: "solved, but not taken as met",
   unsolved: "neither solved nor taken as met",
+  recoveries: "what the robot did after failed steps",
   replans: "re-plans after a failed step",
   replans_after: "steps that failed",
   strays: "parts that ended up in no state",
@@ -134,11 +135,15 @@ function figuresTable(summary) {
     if (name === "failures" && Array.isArray(value)) {
       // Files count episodes from 0.
       const failed = value.map(({ episode, reason }) => `episode ${episode + 1}: ${inWords(reason)}`);
-      return [name, failed.length ? failed.join("; ") : "none"];
+      return ["episodes that failed", failed.length ? failed.join("; ") : "none"];
     }
     if (name === "replans_after" && Array.isArray(value)) {
       const steps = value.map(({ words, action, outcome, times }) => `${words ?? action}: ${outcome}${times > 1 ? `, ${times} times` : ""}`);
       return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
+    }
+    if (name === "recoveries") {
+      const times = Object.entries(value ?? {}).map(([kind, count]) => `${recoveryOf(kind, "a part")}, ${plural(count, "time")}`);
+      return [FIGURES[name], times.length ? times.join("; ") : "nothing"];
     }
     if (name === "displaced" && Array.isArray(value)) {
       const hands = value.map(({ episode, t, words }) => `episode ${episode + 1}, at ${seconds(t)}: ${words}`);

@@ -54,8 +54,12 @@ function endInWords(end, reason) {
 // What the executor changed after a failure, and why.
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
-  const { kind, why, attempt } = recovery;
-  const object = names.say(recovery.object);
+  const { kind, why, attempt, object } = recovery;
+  return `${recoveryOf(kind, names.say(object))}: ${why} (try ${attempt})`;
+}
+
+// What a recovery does with an object.
+function recoveryOf(kind, object) {
   const does = {
     again: `takes ${object} again`,
     part: `takes ${object} instead`,
@@ -67,7 +71,7 @@ function recoveryInWords(recovery, names) {
     clear: `moves ${object} out of the way`,
     push: `pushes ${object}`,
   };
-  return `${does[kind] ?? kind}: ${why} (try ${attempt})`;
+  return does[kind] ?? kind;
 }
 
 // What the robot does in place of the decided action, as an order; undefined if it carries out the action itself.

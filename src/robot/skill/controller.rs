@@ -130,6 +130,9 @@ impl Robot {
                 }
             }
             if over {
+                // What still leans on the open fingers was let go all the same.
+                let leans = skill.touching.then_some(Touch::Release(skill.part));
+                stepped.touch = stepped.touch.or(leans);
                 let (outcome, slip_m) = (skill.outcome(), self.slip_m);
                 let Skill { part, picked, .. } = skill;
                 stepped.ended = Some(SkillReport { part, outcome, picked, slip_m });

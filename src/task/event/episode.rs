@@ -127,7 +127,7 @@ impl fmt::Display for InNoState {
         let Self { object, nearest, off, words, .. } = self;
         match words.is_empty() {
             true => write!(f, "{object} is in no state: nearest {nearest}, {off}"),
-            false => write!(f, "in no state: nearly \"{words}\", but {off}"),
+            false => write!(f, "in no state, nearest to \"{words}\": {off}"),
         }
     }
 }
@@ -158,12 +158,14 @@ impl Decided {
     }
 
     /// Returns what came of the skill in a few words: `placed`, `off its place` for a part that is not where the action was to
-    /// bring it, or why the skill failed; `None` as for [`outcome`](Self::outcome).
+    /// bring it, or why the skill failed, with `but in place` for a part that is there all the same; `None` as for
+    /// [`outcome`](Self::outcome).
     pub fn came_in_words(&self) -> Option<String> {
-        let off = self.landed.as_ref().is_some_and(|landed| !landed.as_planned);
-        self.outcome().map(|outcome| match outcome {
-            SkillOutcome::Placed if off => "off its place".into(),
-            outcome => outcome.to_string(),
+        let as_planned = self.landed.as_ref().map(|landed| landed.as_planned);
+        self.outcome().map(|outcome| match (outcome, as_planned) {
+            (SkillOutcome::Placed, Some(false)) => "off its place".into(),
+            (SkillOutcome::Placed, _) | (_, None | Some(false)) => outcome.to_string(),
+            (outcome, Some(true)) => format!("{outcome}, but in place"),
         })
     }
 

@@ -406,6 +406,8 @@ impl Need {
     /// Returns why the condition has its verdict, in words, with the counts behind it.
     pub fn reason(&self) -> String {
         let Self { held, of, .. } = self;
+        // The condition itself says that something is not so.
+        let so = of - held;
         match (self.verdict, self.holds, self.condition.subject) {
             (NeedVerdict::Required, _, Subject::Is(_) | Subject::At(_)) => {
                 format!("always held ({held} of {of}), and it is about an object of the action")
@@ -418,10 +420,10 @@ impl Need {
                 format!("always held ({held} of {of}), but the other object may be there by chance")
             }
             (NeedVerdict::Undecided, false, _) => {
-                format!("never held ({held} of {of}), but this may be by chance")
+                format!("always so ({so} of {of}), but this may be by chance")
             }
             (NeedVerdict::Absent, ..) => {
-                format!("never held ({held} of {of}), and it is about the object that moves")
+                format!("always so ({so} of {of}), and it is about the object that moves")
             }
         }
     }
