@@ -191,7 +191,7 @@ fn period(seed: u64, routed: bool, remembers: bool) -> f64 {
     let probe = graph.probe(&rules.chosen, smooth(30));
     let sim = run(&graph, seed, 1_000);
     let best = |value: &[f32]| (0..5).max_by(|a, b| value[*a].total_cmp(&value[*b])).unwrap();
-    let best: Vec<usize> = sim.samples(&probe).iter().skip(50).map(|(_, v)| best(&v)).collect();
+    let best: Vec<usize> = sim.samples(&probe).iter().skip(50).map(|(_, v)| best(v)).collect();
     let changes: Vec<usize> =
         best.windows(2).enumerate().filter(|(_, two)| two[0] != two[1]).map(|(at, _)| at).collect();
     assert!(changes.len() > 5, "{changes:?}");
