@@ -96,6 +96,26 @@ const SCALAR_POINTS: usize = 300;
 /// Radius of a pointer's ensemble, in units of the usual norm of the part that it represents.
 const POINTER_ROOM: f64 = 1.2;
 
+/// How the ensembles of a pointer are drawn and solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointerDraw {
+    /// Factor on the number of evaluation points.
+    points: usize,
+    /// Range of the norms of evaluation points, in units of the usual norm.
+    norms: [f64; 2],
+    /// Whether each second neuron is the mirror image of the one before it. What they decode then has no error of even
+    /// order: none at 0, and the same with the other sign at an opposite value.
+    mirrored: bool,
+}
+
+impl PointerDraw {
+    /// For a value that is passed on.
+    const FLOW: Self = Self { points: 1, norms: [0.0, POINTER_ROOM], mirrored: false };
+    /// For a value that is fed back. A memory drifts by the error of its decoding (Eliasmith and Anderson 2003, section
+    /// 8.2), so its norms are those that it holds.
+    pub const MEMORY: Self = Self { points: 3, norms: [0.88, 1.1], mirrored: true };
+}
+
 impl PopulationBuilder<'_> {
     /// Returns the tuning that the plan gives to the layer.
     pub fn tuning(&self) -> &Tuning {
@@ -188,16 +208,15 @@ impl PopulationBuilder<'_> {
     /// # Errors
     /// [`TuningError`] if the tuning is invalid.
     pub fn pointer(&self, width: usize, radius: f64) -> Result<Ensembles, TuningError> {
-        self.pointer_from(width, radius, (1, 0.0))
+        self.pointer_from(width, radius, PointerDraw::FLOW)
     }
 
-    /// As [`pointer`](Self::pointer), with decoders from so many times as many evaluation points, whose norms are at least
-    /// a share of the greatest.
+    /// As [`pointer`](Self::pointer), drawn and solved in a given way.
     pub(super) fn pointer_from(
         &self,
         width: usize,
         radius: f64,
-        (more, least): (usize, f64),
+        draw: PointerDraw,
     ) -> Result<Ensembles, TuningError> {
         let tuning = self.tuning();
         let most = tuning.sub_dimensions.clamp(1, width);
@@ -208,17 +227,25 @@ impl PopulationBuilder<'_> {
         // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
-        let points = (neurons * 3 / 2).clamp(300, 2_000) * more;
+        let points = (neurons * 3 / 2).clamp(300, 2_000) * draw.points;
         let partition = self.balance.partition(shape, 1);
         let spec = self.spec.clone();
-        self.bank((shape, partition), "pointer", &[ball, usual, points as f64], move |_, seed| {
+        let PointerDraw { norms: [low, high], mirrored, .. } = draw;
+        let mut marks = vec![ball, usual, points as f64];
+        if mirrored {
+            marks.extend([low, high]);
+        }
+        self.bank((shape, partition), "pointer", &marks, move |_, seed| {
             let mut rng = seed.rng();
-            let neurons = spec.directions(&shape, &mut rng)?;
+            let mut neurons = spec.directions(&shape, &mut rng)?;
+            // A fast transform takes the place of Hadamard encoders, which stay as they are.
+            if mirrored && !hadamard {
+                neurons.mirror();
+            }
             let mut values = vec![0.0; points * dims];
             for value in values.chunks_exact_mut(dims) {
                 part_of_pointer(&mut rng, value, width);
-                let share = least + (1.0 - least) * rng.random::<f64>();
-                let amplitude = POINTER_ROOM * share;
+                let amplitude = low + (high - low) * rng.random::<f64>();
                 let scale = amplitude / (usual * POINTER_ROOM);
                 value.iter_mut().for_each(|v| *v *= scale);
             }

@@ -52,6 +52,18 @@ impl Neurons {
         }
         Ok(all)
     }
+
+    /// Makes each second neuron the mirror image of the one before it: of opposite encoder, and the same gain and bias.
+    pub fn mirror(&mut self) {
+        let Self { dims, encoders, gains, biases } = self;
+        for pair in encoders.chunks_exact_mut(2 * *dims) {
+            let (one, other) = pair.split_at_mut(*dims);
+            other.iter_mut().zip(one).for_each(|(other, one)| *other = -*one);
+        }
+        for pair in gains.chunks_exact_mut(2).chain(biases.chunks_exact_mut(2)) {
+            pair[1] = pair[0];
+        }
+    }
 }
 
 /// Draws a direction uniformly from the sphere.

@@ -424,6 +424,45 @@ fn names_in_the_tables_for_users_of_nengo_and_torchhd_exist() {
     assert!(checked > 100, "{checked}");
 }
 
+/// The classes of the front end of Nengo 4.1 and nengo_spa 2.0, without those of their parameters, errors and warnings.
+const CLASSES: &str = "\
+Network Config Ensemble Node Connection Probe Simulator Process \
+NeuronType RatesToSpikesNeuronType LIF LIFRate AdaptiveLIF AdaptiveLIFRate Direct Izhikevich RectifiedLinear \
+SpikingRectifiedLinear Sigmoid Tanh RegularSpiking StochasticSpiking PoissonSpiking \
+LearningRuleType PES RLS BCM Oja Voja \
+Lowpass Alpha Triangle LinearFilter \
+WhiteNoise FilteredNoise BrownNoise WhiteSignal PresentInput Piecewise \
+Lstsq LstsqNoise LstsqMultNoise LstsqL2 LstsqL2nz LstsqL1 LstsqDrop Nnls NnlsL2 NnlsL2nz NoSolver \
+Distribution Uniform Choice Samples Gaussian Exponential PDF SqrtBeta SubvectorLength CosineSimilarity \
+UniformHypersphere ScatteredHypersphere QuasirandomSequence \
+Dense Sparse SparseMatrix NoTransform Convolution ConvolutionTranspose Conv ConvTranspose ChannelShape \
+ThresholdingEnsembles EnsembleArray Product Integrator Oscillator InputGatedMemory AssociativeMemory BasalGanglia \
+Thalamus CircularConvolution \
+ActionSelection Bind Compare IAAssocMem Scalar State Superposition ThresholdingAssocMem Transcode WTAAssocMem \
+IdentityEnsembleArray MatrixMult VTB TVTB IA Thresholding WTA \
+SemanticPointer Vocabulary VocabularyMap AxisAlignedVectors EquallySpacedPositiveUnitaryHrrVectors \
+ExpectedUnitLengthVectors OrthonormalVectors UnitaryVectors UnitLengthVectors VectorsWithProperties \
+AbstractAlgebra CommonProperties ElementSidedness HrrAlgebra HrrProperties TvtbAlgebra TvtbProperties VtbAlgebra \
+VtbProperties";
+
+#[test]
+fn every_class_of_nengo_and_nengo_spa_has_a_counterpart_or_a_reason() {
+    let page = read("docs/comparison.md");
+    let rows: Vec<_> = rows(&page).into_iter().filter(|row| row.len() == 3).collect();
+    let names = |row: &Vec<String>, class: &str| {
+        let words = row[0].split(|c: char| !c.is_alphanumeric());
+        words.chain(row[2].split('`')).any(|word| word == class)
+    };
+    let of = |class: &str| rows.iter().filter(|row| names(row, class)).count();
+    let missing: Vec<&str> = CLASSES.split_whitespace().filter(|class| of(class) == 0).collect();
+    assert_eq!(missing, Vec::<&str>::new(), "without a row");
+    assert_eq!(of("Chimera"), 0);
+    for row in &rows {
+        assert!(row[1] != "none" || !row[2].is_empty(), "neither counterpart nor reason: {row:?}");
+    }
+    assert_eq!(CLASSES.split_whitespace().count(), 118);
+}
+
 /// The numbers in a value or a text, in order.
 fn numbers(value: &Value) -> Vec<f64> {
     match value {

@@ -19,6 +19,7 @@ mod broken;
 mod determinism;
 mod engine;
 mod ensembles;
+mod extremes;
 mod files;
 mod interventions;
 mod learning;

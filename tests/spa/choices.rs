@@ -315,8 +315,8 @@ fn a_state_remembers_as_well_as_that_of_the_reference() {
         })
         .collect();
     let mean = cosines.iter().sum::<Real>() / 5.0;
-    // The reference: 0.79 to 0.87 over five seeds. Before: 0.72 to 0.77.
-    assert!(mean > 0.77, "{cosines:?}");
+    // The reference over thirty seeds: 0.72 to 0.88, mean 0.80. Neurons that are not in pairs: 0.73 to 0.84, mean 0.785.
+    assert!(mean > 0.81, "{cosines:?}");
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod modules;
 mod pair_networks;
 mod peers;
 mod predictions;
+mod reference_models;
 mod resonators;
 mod retrieval;
 mod tape;

@@ -44,9 +44,10 @@ fn many<M: NeuronModel + ?Sized, const AT_ONCE: usize>(
     mut state: &mut [Real],
     out: &mut [Real],
 ) {
-    let Shape { dims, outputs, hadamard, .. } = work.shape;
-    let (padded, columns) = (work.shape.padded(), work.shape.columns());
     let dense = AT_ONCE == BLOCK;
+    let Shape { dims, hadamard, .. } = work.shape;
+    let outputs = if dense { 1 } else { work.shape.outputs };
+    let (padded, columns) = (work.shape.padded(), work.shape.columns());
     let (mut currents, mut activity) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
     let (out, mut told) = work.split(out);
     let rows = work.values.chunks_exact(dims).zip(out.chunks_exact_mut(outputs));
@@ -69,10 +70,11 @@ fn many<M: NeuronModel + ?Sized, const AT_ONCE: usize>(
             continue;
         }
         let mut sums = [0.0; NARROW];
-        let spans = biases.chunks(AT_ONCE).zip(encoders.chunks(AT_ONCE * columns));
-        let spans = spans.zip(decoders.chunks(AT_ONCE * outputs)).enumerate();
-        for (at, ((biases, encoders), decoders)) in spans {
-            let len = biases.len();
+        for (at, biases) in biases.chunks(AT_ONCE).enumerate() {
+            // Chunks of a size that is not known when this is compiled would cost a division each.
+            let (from, len) = (at * AT_ONCE, biases.len());
+            let encoders = &encoders[from * columns..(from + len) * columns];
+            let decoders = &decoders[from * outputs..(from + len) * outputs];
             let (currents, activity) = (&mut currents[..len], &mut activity[..len]);
             match value {
                 [x] => encode_scalar(encoders, biases, work.shift, *x, currents),
@@ -82,7 +84,7 @@ fn many<M: NeuronModel + ?Sized, const AT_ONCE: usize>(
             Work::inject(&mut injected, currents);
             if dense {
                 let state = first(&mut own, work.variables * len);
-                let draws = work.draws(index * padded + at * BLOCK);
+                let draws = work.draws(index * padded + from);
                 model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
                 work.tell(&mut told, activity);
                 decode::add_all(activity, decoders, &mut sums);
@@ -91,7 +93,7 @@ fn many<M: NeuronModel + ?Sized, const AT_ONCE: usize>(
             let blocks = currents.chunks(BLOCK).zip(activity.chunks_mut(BLOCK)).enumerate();
             for (block, (currents, activity)) in blocks {
                 let state = first(&mut own, work.variables * currents.len());
-                let draws = work.draws(index * padded + at * AT_ONCE + block * BLOCK);
+                let draws = work.draws(index * padded + from + block * BLOCK);
                 model.step(Block { dt_s: work.dt_s, currents, state, activity, draws });
             }
             work.tell(&mut told, activity);

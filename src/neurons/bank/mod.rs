@@ -144,7 +144,7 @@ impl Recipe<'_> {
                     self.special,
                     seed,
                 )?;
-                Ok(LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape))
+                LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape).checked()
             })
             .collect::<Result<_, TuningError>>()?;
         Ok(Solved {
@@ -414,5 +414,19 @@ impl LaidOut {
         // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|) + level, if level is below 0.
         let quiet = (1.9 * draft.radius).powi(2) as Real;
         Self { encoders, biases, decoders, silencing: silencing as Real, quiet }
+    }
+
+    /// Refuses numbers beyond single precision, and those that are none.
+    fn checked(self) -> Result<Self, TuningError> {
+        let all =
+            [("encoders", &self.encoders), ("biases", &self.biases), ("decoders", &self.decoders)];
+        for (name, numbers) in all {
+            if let Some(wrong) = numbers.iter().find(|number| !number.is_finite()) {
+                let expected = "numbers in the range of single precision: \
+                                use a radius, gains and values of functions nearer to 1";
+                return Err(refuse(name, wrong, expected));
+            }
+        }
+        Ok(self)
     }
 }

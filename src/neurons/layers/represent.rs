@@ -1,7 +1,7 @@
 //! The layer that represents a value, optionally behind a gate.
 
 use super::{Circuit, Items, Layer, Populated, check_radius};
-use crate::neurons::builder::{Components, Keep, Onset, PopulationBuilder};
+use crate::neurons::builder::{Components, Keep, Onset, PointerDraw, PopulationBuilder};
 use crate::neurons::tuning::{TuningError, refuse};
 use crate::sim::{
     AdvanceIo, AnyInput, AnyOutput, Fingerprint, InputSpec, Kind, Node, NodeFault, OutputSpec,
@@ -30,7 +30,7 @@ pub struct Represent {
 enum Memory {
     /// Nothing.
     No,
-    /// More evaluation points.
+    /// Decoders and neurons for a value that is fed back.
     Fed,
     /// An ensemble for each component.
     Split,
@@ -77,7 +77,7 @@ impl Represent {
 
     /// States that the value is fed back to the input. A memory drifts by the error of its decoding (Eliasmith and Anderson
     /// 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points, of norms near the
-    /// radius.
+    /// radius, and its neurons come in pairs of opposite encoders.
     pub fn fed_back(mut self) -> Self {
         self.memory = Memory::Fed;
         self
@@ -159,8 +159,10 @@ impl Layer for Represent {
         let tuning = builder.tuning();
         let split = self.memory == Memory::Split;
         let ensembles = if self.input.is_pointer() && !split {
-            let points = if self.memory == Memory::Fed { MEMORY_POINTS } else { (1, 0.0) };
-            builder.pointer_from(width, radius, points)?
+            match self.memory {
+                Memory::Fed => builder.pointer_from(width, radius, PointerDraw::MEMORY)?,
+                _ => builder.pointer(width, radius)?,
+            }
         } else {
             // A gate holds nothing.
             let few = split && self.gated;
@@ -186,9 +188,6 @@ impl Layer for Represent {
 
 /// Greatest magnitude of a component of a split pointer, as a share of `radius / sqrt(width)`.
 const SPLIT_ROOM: f64 = 5.0 / 6.0;
-
-/// Factor on the number of evaluation points of a value that is fed back, and their least norm as a share of the greatest.
-const MEMORY_POINTS: (usize, f64) = (3, 0.4);
 
 /// The share of the silencing current that closes the gate; `None` without a gate.
 struct Gate(Option<Real>);

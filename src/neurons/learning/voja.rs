@@ -54,8 +54,8 @@ impl LearningRule for Voja {
 
     fn needs(&self, shape: WeightShape) -> Result<Needs, TuningError> {
         not_negative("rate", self.rate)?;
-        if !(self.radius.is_finite() && self.radius > 0.0) {
-            return Err(refuse("radius", self.radius, "a finite number above 0"));
+        if !(self.radius.is_normal() && self.radius > 0.0) {
+            return Err(refuse("radius", self.radius, "a normal number above 0"));
         }
         let state = vec![("post", shape.outputs)];
         let traces = vec![Trace { state: "post", of: Side::Post, synapse: self.post }];

@@ -15,12 +15,20 @@ spikes_from_rates! {
 
 /// Greatest mean that one draw covers.
 const MOST: f64 = 16.0;
+/// Mean from which the number is drawn from the normal distribution, to which that of Poisson has come near.
+const MANY: f64 = 1e5;
 
 /// Draws a Poisson number of any mean, in double precision.
 #[cold]
 fn drawn(mean: Real, neuron: usize, draws: &Draws) -> Real {
-    let parts = (f64::from(mean) / MOST).ceil().clamp(1.0, 1e6);
-    let mean = f64::from(mean) / parts;
+    let mean = f64::from(mean);
+    if mean >= MANY {
+        let [one, other] = [0, 1].map(|part| f64::from(draws.uniform(neuron, part)));
+        let normal = (-2.0 * (1.0 - one).ln()).sqrt() * (std::f64::consts::TAU * other).cos();
+        return (mean + mean.sqrt() * normal).round() as Real;
+    }
+    let parts = (mean / MOST).ceil().max(1.0);
+    let mean = mean / parts;
     let mut count = 0.0;
     for part in 0..parts as u32 {
         let uniform = f64::from(draws.uniform(neuron, part));

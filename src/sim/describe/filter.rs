@@ -232,6 +232,9 @@ fn linear(filter: &LinearFilter, time: Timebase) -> Result<Rule, SynapseError> {
     }
 }
 
+/// Greatest number of a matrix whose exponential is computed.
+const MOST_EXPONENT: f64 = 1e20;
+
 /// Makes `above / below` discrete, both with the lowest power first, for an input that is constant during a tick.
 ///
 /// Time is counted in units in which no coefficient of the monic denominator is above 1, so that the numbers of the
@@ -257,7 +260,8 @@ fn state_space(above: &[f64], below: &[f64], time: Timebase) -> Result<Rule, Syn
     for k in 0..order {
         both[(order - 1, k)] -= tick * monic(below, k, unit);
     }
-    if !both.iter().all(|value| value.is_finite()) {
+    // Powers of a matrix of greater numbers are not finite, and its exponential would never be done.
+    if !both.iter().all(|value| value.abs() <= MOST_EXPONENT) {
         return Err(SynapseError::NotFinite);
     }
     let both = both.exp();
