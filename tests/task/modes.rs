@@ -146,8 +146,9 @@ fn the_goal_is_not_met_at_the_start_between_two_bins_of_one_height() {
 
 #[test]
 fn heights_far_apart_against_their_noise_are_two() {
+    // On the pad or on the other block. Above the pad, the second would be at 0.050 and 0.065.
     let domain = fixture("stack");
-    for (kind, heights) in [("thick", [0.030, 0.050]), ("thin", [0.015, 0.065])] {
+    for (kind, heights) in [("thick", [0.030, 0.035]), ("thin", [0.015, 0.035])] {
         let states = placed(&domain, kind);
         let mut found: Vec<(f64, f64)> =
             (states.iter().flat_map(|s| &s.places)).map(|p| range(p.coordinates[2])).collect();

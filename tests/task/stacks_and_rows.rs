@@ -80,7 +80,7 @@ fn slabs_of_two_heights_are_stacked_in_either_order_and_not_into_the_air() {
         let mut draw = Draw(300 + seed);
         let demo = |number: usize| {
             let all = slabs(&mut draw);
-            let order = if number % 2 == 0 { [2, 3, 1] } else { [3, 2, 1] };
+            let order = if number.is_multiple_of(2) { [2, 3, 1] } else { [3, 2, 1] };
             let (mut under, mut half) = (all[0].pose, 0.005);
             let moves = order.map(|slab| {
                 let own = SLABS[slab - 1];
@@ -116,7 +116,7 @@ fn what_rides_on_a_shuttle_is_capped_before_it_is_packed() {
             let mut all = scene(&mut draw);
             let mut shown = shown(all.clone(), &[]);
             let end = shown.snapshots.pop();
-            let parts = if number % 2 == 0 { [2, 3] } else { [3, 2] };
+            let parts = if number.is_multiple_of(2) { [2, 3] } else { [3, 2] };
             for (step, part) in parts.into_iter().chain(parts).enumerate() {
                 let (moved, carrier) = if step < 2 { (part + 2, part) } else { (part, 0) };
                 let place = if step < 2 { 0.0 } else { 0.06 * (2.0 * (step % 2) as f64 - 1.0) };
@@ -198,7 +198,7 @@ fn of_two_drawers_of_which_one_may_be_open_each_is_opened_filled_and_shut() {
     let demo = |number: usize| {
         let all = cabinet(&mut draw);
         let cabinet = all[0].pose;
-        let order = if number % 2 == 0 { [1, 2] } else { [2, 1] };
+        let order = if number.is_multiple_of(2) { [1, 2] } else { [2, 1] };
         let moves = order.into_iter().flat_map(|drawer| {
             let z = if drawer == 1 { 0.1 } else { -0.1 };
             let open = on(&cabinet, &flat(0.0, -0.2, z, 0.0));

@@ -8,7 +8,7 @@ use super::effects::Who;
 use super::vocabulary::Vocabulary;
 use crate::plan::strips::{Action, Condition, FALSE, TRUE, Term, all, any, not, same};
 use crate::task::compile::Problem;
-use crate::task::domain::{Frame, Need, NeedVerdict, Role, Subject};
+use crate::task::domain::{Frame, Need, NeedVerdict, RelationalOperator, Role, Subject};
 
 /// What the actions of all operators are written with.
 pub(super) struct Writer<'w, 'p> {
@@ -132,6 +132,7 @@ impl<'p> Writer<'_, 'p> {
         let mut part = Part { scope, operator: o, from, object, origin, target, place, action };
         self.leave(&mut part, left);
         self.enter(&mut part, operator.to);
+        self.in_order(&mut part, operator);
         let resting = self.not_resting(&mut part)?;
         part.action.require(resting);
         for (n, need) in operator.needs.iter().enumerate() {
@@ -230,6 +231,24 @@ impl<'p> Writer<'_, 'p> {
                 all((0..places).map(of_place).collect::<Vec<_>>())
             };
             part.action.require(condition);
+        }
+    }
+
+    /// Adds that the places that are filled before that of the object are.
+    fn in_order(&self, part: &mut Part<'_>, operator: &RelationalOperator) {
+        let words = self.words;
+        let (target, own) = (part.target.clone(), part.place.clone());
+        for before in &operator.order {
+            let there = own.as_ref().zip(words.place(operator.to, before.place));
+            let elsewhere = there.map_or(FALSE, |(own, place)| not(same(own, &place)));
+            let filled = before.one_of.iter().map(|(state, place)| {
+                let place = words.place(*state, *place);
+                part.scope.quantified(true, &[&words.states[*state].kind], |scope, x| {
+                    scope.is_in(*state, &x[0], [target.as_ref(), place.as_ref()])
+                })
+            });
+            let filled: Vec<Condition> = filled.collect();
+            part.action.require(any([elsewhere, any(filled)]));
         }
     }
 }

@@ -38,7 +38,7 @@ impl Rows {
             let first = same.map_or(slot, |other| own[other]);
             own.insert(slot, first);
         }
-        // Places that are taken at once, such as those of a washer and of the nut on it, are two.
+        // Places that are taken at once, such as those of a part and of another one on it, are two.
         let mut shared: BTreeSet<Slot> = BTreeSet::new();
         let mut filled: BTreeMap<Slot, (usize, BTreeSet<Slot>)> = BTreeMap::new();
         for Instance { to, before, .. } in instances {
