@@ -8,7 +8,10 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use serde_json::json;
+
 use super::command::Command;
+use crate::sim::InterventionLog;
 
 /// Greatest number of windows.
 pub(super) const MOST_WINDOWS: usize = 10;
@@ -32,7 +35,7 @@ struct Window {
     id: u64,
     answers: VecDeque<Arc<str>>,
     /// The log of the run, which can be long: it comes after the answers.
-    log: Option<Arc<str>>,
+    log: Option<InterventionLog>,
     /// Whether answers were lost because the window does not read.
     lost: bool,
 }
@@ -43,8 +46,8 @@ struct Windows {
     open: Vec<Window>,
     /// What a window is told first: the graph.
     hello: Option<Arc<str>>,
-    /// What it is told next: how the run stands, its log, and its branches.
-    standing: [Option<Arc<str>>; 3],
+    /// What it is told next: how the run stands, its log, its branches, and its events.
+    standing: [Option<Arc<str>>; 4],
 }
 
 /// Why a window is not let in.
@@ -148,10 +151,15 @@ impl Hub {
     pub fn answer(&self, id: u64) -> Result<Option<Arc<str>>, Full> {
         let mut windows = locked(&self.windows);
         let window = windows.open.iter_mut().find(|window| window.id == id);
-        match window.filter(|window| !window.lost) {
-            Some(window) => Ok(window.answers.pop_front().or_else(|| window.log.take())),
-            None => Err(Full),
-        }
+        let window = window.filter(|window| !window.lost).ok_or(Full)?;
+        let (answer, log) = match window.answers.pop_front() {
+            Some(answer) => (Some(answer), None),
+            None => (None, window.log.take()),
+        };
+        // The run does not wait for a long log to be written out.
+        drop(windows);
+        let written = |log: InterventionLog| json!({ "saved": log.to_string() }).to_string();
+        Ok(answer.or_else(|| log.map(|log| written(log).into())))
     }
 
     /// Returns whether there has been a window.
@@ -164,12 +172,11 @@ impl Hub {
         locked(&self.windows).open.iter().any(|window| window.id == id && window.log.is_some())
     }
 
-    /// Tells a window the log. At most one waits.
-    pub fn tell_log(&self, id: u64, what: &serde_json::Value) {
-        let what: Arc<str> = what.to_string().into();
+    /// Tells a window the log. At most one waits. The window's thread writes it out.
+    pub fn tell_log(&self, id: u64, log: InterventionLog) {
         let mut windows = locked(&self.windows);
         if let Some(window) = windows.open.iter_mut().find(|window| window.id == id) {
-            window.log = Some(what);
+            window.log = Some(log);
         }
     }
 
@@ -191,7 +198,7 @@ impl Hub {
     }
 
     /// Tells all windows, also those that come later: as number 0 how the run stands, as number 1 its log, as number 2 its
-    /// branches. Says it only if it has changed.
+    /// branches, as number 3 its events. Says it only if it has changed.
     pub fn tell_standing(&self, number: usize, what: &serde_json::Value) {
         let what: Arc<str> = what.to_string().into();
         let mut windows = locked(&self.windows);

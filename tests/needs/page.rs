@@ -562,7 +562,7 @@ fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {
 }
 
 /// Finds texts of too little contrast (WCAG 2.1, 1.4.3), controls without a name, and what keys cannot reach.
-const AUDIT: &str = "\
+pub(crate) const AUDIT: &str = "\
     const parse = (colour) => { const [r, g, b, a = 1] = colour.match(/[\\d.]+/g).map(Number); return { r, g, b, a }; };\n\
     const light = ({ r, g, b }) => { const part = (v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;\n\
         return 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b); };\n\
