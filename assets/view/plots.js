@@ -7,7 +7,7 @@ const BRANCH_LINES = ["dashed", "dotted", "dashes and dots", "thinly dotted"];
 const MARGIN = { left: 46, right: 8, top: 6, bottom: 20 };
 
 // What is plotted of the whole network: the number of a frame, and its title.
-const ENERGY = [["arrivals", "Synaptic events a second, of the last tick"], ["spikes", "Spikes a second, of the last tick"]];
+const ENERGY = [["arrivals", "synaptic events a second"], ["spikes", "spikes a second"]];
 
 // How the spikes of all branches are drawn.
 const BRANCH_SPIKES = "paler, half as high";
@@ -321,7 +321,7 @@ class Plot {
     [...this.legend.children].forEach((label, i) => {
       const value = now?.[i];
       label.querySelector("i").style.borderTop = `3px ${theme.dash(i).length ? "dashed" : "solid"} ${this.colour(i)}`;
-      label.querySelector("output").textContent = value === undefined ? "" : value.toFixed(2);
+      label.querySelector("output").textContent = value === undefined ? "" : Math.abs(value) < 1000 ? value.toFixed(2) : shortNumber(value);
     });
   }
 
@@ -363,13 +363,13 @@ class Plots {
 
   // What the frames say of the whole network, so the run is not asked.
   addEnergy() {
-    for (const [of, title] of ENERGY) {
+    for (const [of, name] of ENERGY) {
       if (this.all.some((plot) => plot.what.energy === of)) continue;
-      const plot = new Plot(title, { energy: of }, () => this.drop(plot));
+      const plot = new Plot(`Whole network, ${name}`, { energy: of }, () => this.drop(plot));
       this.all.push(plot);
       this.none.hidden = true;
       this.place.prepend(plot.element);
-      plot.begin({ id: of, names: [of] });
+      plot.begin({ id: of, names: [name] });
     }
   }
 

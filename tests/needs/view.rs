@@ -359,7 +359,8 @@ fn the_network_is_searched_dragged_zoomed_and_folded_and_every_plot_is_exported(
     let mut heads: Vec<&str> = tables.iter().map(|csv| csv.split(',').nth(1).unwrap()).collect();
     heads.sort_unstable();
     heads.iter_mut().for_each(|head| *head = head.split('\n').next().unwrap());
-    assert_eq!(heads, ["0", "NUT + 0.5 * ~BOLT", "arrivals", "neuron", "spikes"]);
+    let energy = ["spikes a second", "synaptic events a second"];
+    assert_eq!(heads, ["0", "NUT + 0.5 * ~BOLT", "neuron", energy[0], energy[1]]);
     let neurons = tables.iter().find(|csv| csv.starts_with("time_s,neuron")).unwrap();
     let neurons = neurons.lines().skip(1).map(|row| row.split(',').nth(1).unwrap().parse::<u32>());
     let neurons: Vec<u32> = neurons.map(Result::unwrap).collect();

@@ -253,6 +253,31 @@ fn a_run_that_can_go_back_less_far_than_to_its_start_says_so() {
     assert!(run.join().unwrap() <= room);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_under_the_log_is_told_at_once_and_the_run_goes_on() {
+    let mut view = View::bind().unwrap().with_log(std::path::Path::new("/dev/full")).unwrap();
+    let (port, token) = parts(view.address());
+    let run = std::thread::spawn(move || {
+        let live = view.serve(Live::new(spiking(), LiveOptions::default()).unwrap()).unwrap();
+        (live.tick(), view.log_fault().map(|fault| fault.kind()))
+    });
+    let mut window = Window::opened(port, &token);
+    assert_eq!(window.answer("standing")["faults"], json!([]));
+    window.send(&json!({ "do": { "silence": { "at": "memory" } } }));
+    let faults = loop {
+        let told = window.answer("standing")["faults"].clone();
+        if told != json!([]) {
+            break told;
+        }
+    };
+    let said = faults[0].as_str().unwrap();
+    assert!(said.starts_with("the log can no longer be written: No space left"), "{said}");
+    window.goes(&json!({ "step": { "ticks": 20 } }), 20);
+    window.send(&json!({ "end": {} }));
+    assert_eq!(run.join().unwrap(), (20, Some(std::io::ErrorKind::StorageFull)));
+}
+
 #[test]
 fn what_probes_record_is_streamed_and_goes_back_with_the_run() {
     let recorded = || {
