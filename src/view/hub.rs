@@ -23,11 +23,42 @@ const MOST_BYTES: usize = 16_000_000;
 /// A command with the number of its window.
 pub(super) type Sent = (u64, Command);
 
+/// A frame: what all windows get, then the plots of all windows.
+#[derive(Clone, Default)]
+pub(super) struct Frame {
+    bytes: Arc<[u8]>,
+    /// Where the plots begin.
+    head: usize,
+    /// The window of each plot, and where the plot ends.
+    plots: Arc<[(u64, usize)]>,
+}
+
+impl Frame {
+    pub fn new(bytes: Vec<u8>, head: usize, plots: Vec<(u64, usize)>) -> Self {
+        Self { bytes: bytes.into(), head, plots: plots.into() }
+    }
+
+    /// Returns the frame with the plots of one window.
+    pub fn of(&self, window: u64) -> Vec<u8> {
+        let mut own = self.bytes[..self.head].to_vec();
+        let (mut from, mut count) = (self.head, 0_u16);
+        for (owner, end) in self.plots.iter() {
+            if *owner == window {
+                own.extend_from_slice(&self.bytes[from..*end]);
+                count += 1;
+            }
+            from = *end;
+        }
+        own[2..4].copy_from_slice(&count.to_le_bytes());
+        own
+    }
+}
+
 /// A frame with its number, counted from 1.
 #[derive(Clone, Default)]
 struct Latest {
     number: u64,
-    bytes: Arc<[u8]>,
+    frame: Frame,
 }
 
 /// Answers for one window.
@@ -106,20 +137,20 @@ impl Hub {
     }
 
     /// Replaces the latest frame.
-    pub fn publish(&self, bytes: Arc<[u8]>) {
+    pub fn publish(&self, frame: Frame) {
         let mut latest = locked(&self.latest);
-        *latest = Latest { number: latest.number + 1, bytes };
+        *latest = Latest { number: latest.number + 1, frame };
         drop(latest);
         self.news.notify_all();
     }
 
     /// Returns the latest frame if it is newer than number `seen`. Waits at most `wait` for one.
-    pub fn newer(&self, seen: u64, wait: Duration) -> Option<(u64, Arc<[u8]>)> {
+    pub fn newer(&self, seen: u64, wait: Duration) -> Option<(u64, Frame)> {
         let latest = locked(&self.latest);
         let old = |latest: &mut Latest| latest.number <= seen;
         let waited = self.news.wait_timeout_while(latest, wait, old);
         let (latest, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        (latest.number > seen).then(|| (latest.number, latest.bytes.clone()))
+        (latest.number > seen).then(|| (latest.number, latest.frame.clone()))
     }
 
     /// Lets a window in. It is told the graph first.

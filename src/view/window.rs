@@ -213,11 +213,11 @@ impl Talk<'_> {
                 {
                     talk.write(Some(Message::text(&*answer)))?;
                 }
-                if let Some((number, bytes)) = frame
+                if let Some((number, frame)) = frame
                     && talk.blocked.is_none()
                 {
                     seen = number;
-                    talk.write(Some(Message::Binary(Bytes::from_owner(bytes))))?;
+                    talk.write(Some(Message::binary(frame.of(id))))?;
                 }
                 if pinged.elapsed() > PINGS[0] && talk.blocked.is_none() {
                     pinged = Instant::now();

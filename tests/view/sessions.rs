@@ -400,12 +400,21 @@ fn a_read_only_run_starts_with_its_first_window_and_is_over_without_one() {
 fn ten_windows_watch_and_the_eleventh_is_told_why_not() {
     let served = served(spiking());
     let mut windows: Vec<_> = (0..10).map(|_| served.window()).collect();
+    for (key, window) in windows.iter_mut().enumerate() {
+        let what = json!({ "values": { "output": "memory.output", "count": key + 1 } });
+        window.send(&json!({ "plot": { "key": key, "what": what } }));
+        window.answer("plotted");
+    }
     let mut eleventh = served.unknown();
     eleventh.send(&json!({ "token": served.token }));
     assert_eq!(eleventh.closed(), "ten windows are open already");
-    windows[0].goes(&json!({ "step": { "ticks": 30 } }), 30);
-    for window in &mut windows[1..] {
-        window.stands_at(30);
+    windows[0].send(&json!({ "step": { "ticks": 30 } }));
+    for (key, window) in windows.iter_mut().enumerate() {
+        // Each is sent its own plot alone.
+        let (_, bytes) = window.stands_at(30);
+        assert_eq!(bytes[2..4], [1, 0]);
+        let (ticks, values) = samples(&bytes);
+        assert!(!ticks.is_empty() && values.len() == ticks.len() * (key + 1));
     }
     windows.pop();
     drop(eleventh);
