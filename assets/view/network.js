@@ -104,6 +104,8 @@ class Network {
     // A few boxes are not drawn larger than they are.
     const [drawnWide, drawnTall] = [x + BOX.width + 24, y + BOX.height + 24];
     const [wide, high] = [Math.max(drawnWide, this.place.clientWidth), Math.max(drawnTall, 120)];
+    // On a narrow screen the drawing is as high as it needs to be.
+    this.svg.style.height = tall ? `${Math.min((high * this.place.clientWidth) / wide, 0.75 * innerHeight)}px` : "";
     this.whole = [-12 - (wide - drawnWide) / 2, -12 - (high - drawnTall) / 2, wide, high];
     const arrow = drawn("marker", { id: "arrow", viewBox: "0 0 6 6", refX: 6, refY: 3, markerWidth: 6, markerHeight: 6, orient: "auto" },
       drawn("path", { d: "M0 0L6 3L0 6z" }));

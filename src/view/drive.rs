@@ -26,6 +26,8 @@ const TOLD: usize = 100;
 const LINE: usize = 200;
 /// Shortest time between two frames of a run that goes on: a little less than between two looks of the clock.
 const SHORTEST: Duration = Duration::from_millis(14);
+/// The same if no window has taken the last frame.
+const UNREAD: Duration = Duration::from_millis(250);
 /// Ticks after which recordings are moved to their files.
 const RECORDED: u64 = 1_000;
 /// Number of events that windows are told of.
@@ -527,7 +529,8 @@ impl<'v, 'l> Loop<'v, 'l> {
         let (moment, from) = self.shown;
         let running = !matches!(self.view.mode, Mode::Stopped);
         let passed = moment.elapsed();
-        if !self.fresh || running && passed < SHORTEST {
+        let shortest = if self.view.hub.wanted.load(Ordering::Relaxed) { SHORTEST } else { UNREAD };
+        if !self.fresh || running && passed < shortest {
             return;
         }
         let open = self.view.hub.open();

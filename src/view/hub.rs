@@ -91,6 +91,8 @@ pub(super) struct Hub {
     pub read_only: bool,
     /// The run looks up from its ticks: a frame is due, or a command waits.
     pub due: AtomicBool,
+    /// A window has taken the latest frame, or has come since: another frame is of use.
+    pub wanted: AtomicBool,
     pub closing: AtomicBool,
     /// Number of connections, windows included.
     pub connections: AtomicUsize,
@@ -112,6 +114,7 @@ impl Hub {
             port,
             read_only,
             due: AtomicBool::new(false),
+            wanted: AtomicBool::new(true),
             closing: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
             commands,
@@ -138,6 +141,7 @@ impl Hub {
 
     /// Replaces the latest frame.
     pub fn publish(&self, frame: Frame) {
+        self.wanted.store(false, Ordering::Relaxed);
         let mut latest = locked(&self.latest);
         *latest = Latest { number: latest.number + 1, frame };
         drop(latest);
@@ -150,7 +154,11 @@ impl Hub {
         let old = |latest: &mut Latest| latest.number <= seen;
         let waited = self.news.wait_timeout_while(latest, wait, old);
         let (latest, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        (latest.number > seen).then(|| (latest.number, latest.frame.clone()))
+        let newer = (latest.number > seen).then(|| (latest.number, latest.frame.clone()));
+        if newer.is_some() {
+            self.wanted.store(true, Ordering::Relaxed);
+        }
+        newer
     }
 
     /// Lets a window in. It is told the graph first.
@@ -164,6 +172,7 @@ impl Hub {
         let answers = windows.hello.iter().cloned().chain(standing.into_iter().flatten()).collect();
         windows.open.push(Window { id, answers, log: None, lost: false });
         drop(windows);
+        self.wanted.store(true, Ordering::Relaxed);
         self.look_up();
         Ok(id)
     }
