@@ -1,15 +1,16 @@
 //! A model that chooses what to take, live in a browser: what happens if its memory is silenced?
 //!
-//! `cargo run --release --features view --example live_view`, or with `-- bench` behind it: what a window costs; with
-//! `-- stalled`: one that reads no frames.
+//! `cargo run --release --features view --example live_view`, or with `-- bench` behind it: what a window costs; with the name of a
+//! network of `symbolt bench`, such as `-- large`: that one live.
 
 use std::error::Error;
 use std::net::TcpStream;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use symbolt::prelude::*;
 use symbolt::sim::{Live, LiveOptions};
+use symbolt::study::standard::{Model, Standard};
 use symbolt::view::View;
 use tungstenite::Message;
 use tungstenite::client::{IntoClientRequest, client};
@@ -36,13 +37,16 @@ pub fn model(plan: &PopulationPlan, dim: usize) -> Result<Simulator, Box<dyn Err
     Ok(graph.start(plan, Seed::new(1))?)
 }
 
-/// Opens a window without a browser, which lets the run go as fast as it goes, with two plots. It reads frames as they come, or after the first none.
-fn watch(address: &str, reads: bool) -> Result<(), Box<dyn Error>> {
+/// Opens a window without a browser, which lets the run go as fast as it goes, with two plots. It reads frames as they come, or after
+/// the first none. Returns the connection, which closes when it is dropped.
+fn watch(address: &str, reads: bool) -> Result<TcpStream, Box<dyn Error>> {
     let (host, token) = address.split_once("/#").ok_or("no token")?;
     let port = host.rsplit_once(':').ok_or("no port")?.1.parse::<u16>()?;
     let mut request = format!("ws://127.0.0.1:{port}/live").into_client_request()?;
     request.headers_mut().insert("Origin", host.parse()?);
-    let (mut socket, _) = client(request, TcpStream::connect(("127.0.0.1", port))?)?;
+    let stream = TcpStream::connect(("127.0.0.1", port))?;
+    let kept = stream.try_clone()?;
+    let (mut socket, _) = client(request, stream)?;
     let similar =
         r#"{"plot":{"key":1,"what":{"similar":{"output":"memory.output","to":["NUT","BOLT"]}}}}"#;
     let values = r#"{"plot":{"key":2,"what":{"values":{"output":"memory.output","count":64}}}}"#;
@@ -50,65 +54,104 @@ fn watch(address: &str, reads: bool) -> Result<(), Box<dyn Error>> {
     for text in [&*token, similar, values, r#"{"run":{}}"#] {
         socket.send(Message::text(text))?;
     }
-    std::thread::spawn(move || {
-        while socket.read().is_ok() {
-            if !reads {
-                // It keeps the connection for longer than the bench lasts.
-                std::thread::sleep(Duration::from_secs(3_600));
-            }
-        }
-    });
-    Ok(())
+    let plotted = |message: Message| message.to_text().is_ok_and(|text| text.contains("plotted"));
+    for _ in 0..2 {
+        while !plotted(socket.read()?) {}
+    }
+    if reads {
+        std::thread::spawn(move || while socket.read().is_ok() {});
+    }
+    Ok(kept)
 }
 
-/// Runs a large spiking model with and without a window, in turn, and prints the wall times.
-fn bench(reads: bool) -> Result<(), Box<dyn Error>> {
+/// What a stretch of the run took: wall time and processor time of its thread, in seconds.
+fn timed(run: impl FnOnce() -> Result<(), Box<dyn Error>>) -> Result<[f64; 2], Box<dyn Error>> {
+    // Nanoseconds on a processor, as Linux counts them.
+    let processor_s = || -> Result<f64, Box<dyn Error>> {
+        let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
+        Ok(1e-9 * text.split(' ').next().ok_or("no time")?.parse::<f64>()?)
+    };
+    let (began, before_s) = (Instant::now(), processor_s()?);
+    run()?;
+    Ok([began.elapsed().as_secs_f64(), processor_s()? - before_s])
+}
+
+/// Runs a large spiking model alone, with a window that reads, and with one that does not, in turn. Prints what windows cost: wall
+/// time, processor time of the run's thread, and what of that comes on a second. Frames come by the clock, so the last is what a
+/// window costs on a processor that the run has for itself, whatever else runs here.
+fn bench() -> Result<(), Box<dyn Error>> {
     let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
-    let ticks = 2_000;
+    let ticks = 10_000;
     let graph = model(&plan, 256)?.graph().clone();
     let start = || -> Result<Live, Box<dyn Error>> {
         let sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(1)))?;
         Ok(Live::new(sim, LiveOptions::default())?)
     };
-    let mut view = View::bind()?;
-    watch(view.address(), reads)?;
-    let more = |[alone, watched]: [Duration; 2]| {
-        100.0 * (watched.as_secs_f64() / alone.as_secs_f64() - 1.0)
-    };
-    let mut sum = [Duration::ZERO; 2];
-    let mut pairs = Vec::new();
-    for pair in 0..12 {
+    let watched = |reads: bool| -> Result<[f64; 2], Box<dyn Error>> {
+        let mut view = View::bind()?;
+        let address = view.address().to_owned();
+        let window = std::thread::spawn(move || watch(&address, reads).map_err(|e| e.to_string()));
+        // The window is opened before the time counts, and one that does not read is full.
         let mut live = start()?;
-        let began = Instant::now();
-        live.step(ticks)?;
-        let alone = began.elapsed();
-        let mut live = start()?;
-        let began = Instant::now();
-        view.drive(&mut live, |view| match view.tick() >= ticks {
+        let (began, warm_s) = (Instant::now(), if reads { 0.0 } else { 8.0 });
+        view.drive(&mut live, |_| match began.elapsed().as_secs_f64() >= warm_s {
             true => ControlFlow::Break(StopReason::TimeUp),
             false => ControlFlow::Continue(()),
         })?;
-        let both = [alone, began.elapsed()];
-        // In the first pair the window is opened.
-        if pair > 0 {
-            println!("{:.3?} alone, {:.3?} watched: {:+.1}%", both[0], both[1], more(both));
-            pairs.push(more(both));
-            sum = [sum[0] + both[0], sum[1] + both[1]];
+        let _open = window.join().map_err(|_| "no window")??;
+        let mut live = start()?;
+        timed(|| {
+            view.drive(&mut live, |view| match view.tick() >= ticks {
+                true => ControlFlow::Break(StopReason::TimeUp),
+                false => ControlFlow::Continue(()),
+            })?;
+            Ok(())
+        })
+    };
+    const MEASURES: [&str; 3] = ["wall time", "processor time", "processor time in a second"];
+    let mut more: [[Vec<f64>; 3]; 2] = Default::default();
+    for round in 0..13 {
+        let mut live = start()?;
+        let alone = timed(|| Ok(live.step(ticks).map(|_| ())?))?;
+        for (more, reads) in more.iter_mut().zip([true, false]) {
+            let [wall_s, processor_s] = watched(reads)?;
+            let parts = [
+                wall_s / alone[0] - 1.0,
+                processor_s / alone[1] - 1.0,
+                (processor_s - alone[1]) / wall_s,
+            ];
+            more.iter_mut().zip(parts).for_each(|(more, part)| more.push(100.0 * part));
+        }
+        // The first round warms up.
+        if round == 0 {
+            more = Default::default();
         }
     }
-    pairs.sort_by(f64::total_cmp);
-    println!("{:+.1}% in all, {:+.1}% in the median", more(sum), pairs[pairs.len() / 2]);
+    for (more, window) in more.iter_mut().zip(["that reads", "that does not"]) {
+        for (more, measure) in more.iter_mut().zip(MEASURES) {
+            more.sort_by(f64::total_cmp);
+            let mean = more.iter().sum::<f64>() / more.len() as f64;
+            let spread = more.iter().map(|one| (one - mean).powi(2)).sum::<f64>();
+            let error = (spread / (more.len() * (more.len() - 1)) as f64).sqrt();
+            let median = more[more.len() / 2];
+            println!(
+                "a window {window}: {measure} {mean:+.2}% (standard error {error:.2}, median {median:+.2}%)"
+            );
+        }
+    }
     Ok(())
 }
 
 #[allow(dead_code)] // The tests call `model`.
 fn main() -> Result<(), Box<dyn Error>> {
-    match std::env::args().nth(1).as_deref() {
-        Some("bench") => return bench(true),
-        Some("stalled") => return bench(false),
-        _ => {}
-    }
-    let sim = model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64)?;
+    let sim = match std::env::args().nth(1).as_deref() {
+        Some("bench") => return bench(),
+        Some(name) => {
+            let built = Standard::default().build(name.parse::<Model>()?)?;
+            Simulator::new(built.graph().clone(), RunConfig::seeded(Seed::new(1)))?
+        }
+        None => model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64)?,
+    };
     let mut view = View::bind()?.titled("what to take");
     println!("Open {}", view.address());
     let live = view.serve(Live::new(sim, LiveOptions::default())?)?;

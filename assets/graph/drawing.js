@@ -20,7 +20,7 @@ class Drawing {
     this.zoom = 1;
     this.middle = null;
     // With a single module around everything, that one is opened.
-    const tops = new Set(graph.nodes.map(([path]) => path.split("/")[0]));
+    const tops = new Set(graph.nodes.map(({ path }) => path.split("/")[0]));
     if (tops.size === 1 && graph.nodes.length > 1) this.open.add([...tops][0]);
     this.listen();
     this.draw();
@@ -44,7 +44,8 @@ class Drawing {
   folded() {
     const { nodes, edges } = this.graph;
     const boxes = new Map();
-    nodes.forEach(([path, width, units]) => {
+    nodes.forEach(({ path, neurons: units, outputs }) => {
+      const width = outputs.reduce((sum, output) => sum + output.width, 0);
       const name = this.boxOf(path);
       const box = boxes.get(name) ?? { path: name, nodes: 0, units: 0, width: 0, inner: false };
       boxes.set(name, { ...box, nodes: box.nodes + 1, units: box.units + units, width, inner: box.inner || path !== name });
@@ -57,12 +58,12 @@ class Drawing {
       into.set(key, arrow);
     };
     // Inside a module only its loops count, by their synapses.
-    const owner = nodes.map(([path]) => this.boxOf(path));
-    const inside = loops(nodes.length, edges.filter(([from, to]) => owner[from] === owner[to]));
-    for (const [from, to, via, weight] of edges) {
+    const owner = nodes.map(({ path }) => this.boxOf(path));
+    const inside = loops(nodes.length, edges.filter(({ from, to }) => owner[from] === owner[to]).map(({ from, to }) => [from, to]));
+    for (const { from, to, synapse: via, weight = 1 } of edges) {
       const [a, b] = [owner[from], owner[to]];
       if (a === b && (inside[from] < 0 || inside[from] !== inside[to] || !via)) continue;
-      join(arrows, a, b, [via, weight === null || weight === 1 ? "" : `× ${Number(weight.toPrecision(3))}`].filter(Boolean).join(", "));
+      join(arrows, a, b, [via, weight === 1 ? "" : `× ${Number(weight.toPrecision(3))}`].filter(Boolean).join(", "));
     }
     for (const name of [...boxes.keys()]) {
       if (!isRoute(name)) continue;

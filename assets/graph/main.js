@@ -7,7 +7,7 @@ class GraphPage {
     byId("title").textContent = data.title;
     document.title = data.title;
     const { nodes, connections } = data.graph;
-    const neurons = nodes.reduce((sum, [, , units]) => sum + units, 0);
+    const neurons = nodes.reduce((sum, node) => sum + node.neurons, 0);
     byId("summary").textContent = `${(1000 * data.simulated_s).toFixed(0)} simulated ms, ${plural(nodes.length, "node")}, `
       + `${plural(connections, "connection")}, ${plural(neurons, "spiking neuron")}, build seed ${data.seed}.`;
     byId("theme").addEventListener("change", (event) => theme.choose(event.target.value));
@@ -38,7 +38,7 @@ class GraphPage {
 // The modules that the user added, with their nodes and neurons.
 function modulesTable({ nodes }) {
   const modules = new Map();
-  for (const [path, , units] of nodes) {
+  for (const { path, neurons: units } of nodes) {
     const name = path.split("/")[0];
     const [count, neurons] = modules.get(name) ?? [0, 0];
     modules.set(name, [count + 1, neurons + units]);

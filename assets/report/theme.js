@@ -2,8 +2,8 @@
 
 // Line colours that colour-blind readers can tell apart (Okabe and Ito 2008), darkened or lightened for each ground.
 const LINES = {
-  light: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#2a93d5", "#3c3c3c"],
-  dark: ["#56b4e9", "#ff8a3d", "#2fd0a2", "#e6a3c8", "#f0c14b", "#8fd0ff", "#d0d4da"],
+  light: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#906c30", "#2a93d5", "#3c3c3c"],
+  dark: ["#56b4e9", "#ff8a3d", "#2fd0a2", "#e6a3c8", "#fcd848", "#8fd0ff", "#e4e4e4"],
 };
 // Names beyond the last colour repeat the colours with these dashes.
 const DASHES = [[], [6, 3], [2, 3]];

@@ -7,7 +7,7 @@ class LivePage {
     Object.assign(this, { frame: null, scene: null, dirty: false });
     this.session = new Session({
       hello: (hello) => this.begin(hello), frame: (frame) => this.take(frame), standing: (standing) => this.stand(standing),
-      log: (log) => this.log(log), branches: (branches) => this.branch(branches), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
+      events: (events) => this.list(events), log: (log) => this.log(log), branches: (branches) => this.branch(branches), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
       sent: () => this.refusal(""), saved: (text) => download("interventions.jsonl", "application/jsonl", text), closed: (why) => this.closed(why),
     });
     this.plots = new Plots(byId("plots"), this.session);
@@ -33,6 +33,7 @@ class LivePage {
       const name = byId("reading").value;
       this.plots.add(name, { reading: { name } });
     });
+    on("energy", () => this.plots.addEnergy());
     byId("speed").addEventListener("change", () => { if (this.frame?.mode === 1) this.run(); });
     byId("last").addEventListener("change", () => this.draw());
     byId("search").addEventListener("change", (event) => this.search(event.target.value));
@@ -99,6 +100,8 @@ class LivePage {
     byId("scene").hidden = !scene;
     if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene, this.session);
     byId("until").hidden = !hello.events;
+    byId("energy").hidden = neurons === 0;
+    byId("events").hidden = !hello.events;
     this.plots.again();
     document.documentElement.dataset.ready = "yes";
   }
@@ -151,17 +154,24 @@ class LivePage {
     const speed = frame.mode === 1 ? ` · ${shortNumber(frame.speed)} × real time` : "";
     byId("clock").textContent = `tick ${frame.tick} · ${seconds(frame.time, 3)}${speed}${energy}${ahead}`;
     byId("forget").hidden = frame.ahead === 0;
+    byId("reach").hidden = frame.earliest === 0;
+    byId("reach").textContent = `The run can go back to tick ${frame.earliest} at the earliest.`;
     this.network.show(frame);
     this.plots.show(hello.graph.dt_s, frame.tick, Number(byId("last").value));
     this.scene?.show();
     document.querySelectorAll("[data-back]").forEach((button) => { button.disabled = hello.read_only || !this.canGoBack(); });
   }
 
-  stand({ doing, halted }) {
+  stand({ doing, halted, faults }) {
     this.halted = halted;
     const back = this.hello?.read_only ? "" : " Go back to go on.";
-    byId("said").textContent = halted ? `Stopped: ${halted}.${back}` : doing;
+    byId("said").textContent = [halted ? `Stopped: ${halted}.${back}` : doing, ...faults.map((fault) => `Warning: ${fault}.`)].join(" ");
     this.draw();
+  }
+
+  // The latest event first.
+  list(events) {
+    byId("events").querySelector("ol").replaceChildren(...events.toReversed().map((text) => make("li", text)));
   }
 
   log({ count, last }) {

@@ -2,8 +2,8 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 const BOX = { width: 128, height: 34, across: 56, down: 18 };
-// With more boxes than this a drawing leaves out those that only hand on; a column has at most so many boxes.
-const MANY = { boxes: 60, column: 14 };
+// With more boxes than this a drawing leaves out those that only hand on; a column, or a row on a narrow screen, has at most so many boxes.
+const MANY = { boxes: 60, column: 14, row: 3 };
 
 function drawn(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
@@ -14,6 +14,14 @@ function drawn(tag, attributes, ...children) {
 
 // Cuts a name in the middle.
 const shortName = (name) => (name.length > 19 ? `${name.slice(0, 9)}…${name.slice(-9)}` : name);
+
+// Draws an element anew only if its share of the brightness has changed by a step that can be seen.
+function steadily(element, share, draw) {
+  const steady = Math.round(20 * share) / 20;
+  if (element.steady === steady) return;
+  element.steady = steady;
+  draw(element, steady);
+}
 
 class Network {
   constructor(place, choose) {
@@ -78,12 +86,13 @@ class Network {
     const layers = this.layers(names.length, list);
     const byLayer = [];
     layers.forEach((layer, box) => { if (!hidden.has(box)) (byLayer[layer] ??= []).push(box); });
+    const tall = this.place.clientWidth < 560;
+    const most = tall ? MANY.row : MANY.column;
     // A long column is broken into several.
     const columns = byLayer.filter(Boolean).flatMap((column) => {
-      const size = Math.ceil(column.length / Math.ceil(column.length / MANY.column));
+      const size = Math.ceil(column.length / Math.ceil(column.length / most));
       return Array.from({ length: Math.ceil(column.length / size) }, (_, i) => column.slice(i * size, (i + 1) * size));
     });
-    const tall = this.place.clientWidth < 560;
     const [along, across] = tall ? [BOX.height + 34, BOX.width + BOX.down] : [BOX.width + BOX.across, BOX.height + BOX.down];
     const widest = Math.max(...columns.map((column) => column.length));
     const places = [];
@@ -95,6 +104,8 @@ class Network {
     // A few boxes are not drawn larger than they are.
     const [drawnWide, drawnTall] = [x + BOX.width + 24, y + BOX.height + 24];
     const [wide, high] = [Math.max(drawnWide, this.place.clientWidth), Math.max(drawnTall, 120)];
+    // On a narrow screen the drawing is as high as it needs to be.
+    this.svg.style.height = tall ? `${Math.min((high * this.place.clientWidth) / wide, 0.75 * innerHeight)}px` : "";
     this.whole = [-12 - (wide - drawnWide) / 2, -12 - (high - drawnTall) / 2, wide, high];
     const arrow = drawn("marker", { id: "arrow", viewBox: "0 0 6 6", refX: 6, refY: 3, markerWidth: 6, markerHeight: 6, orient: "auto" },
       drawn("path", { d: "M0 0L6 3L0 6z" }));
@@ -220,12 +231,13 @@ class Network {
     for (const { path, nodes, lit } of this.drawn) {
       const share = Math.max(...nodes.map((node) => (activity[node] ?? 0) / this.most[node]));
       bright.set(path, share);
-      lit.style.opacity = (0.75 * share).toFixed(2);
+      steadily(lit, share, ({ style }, steady) => { style.fillOpacity = 0.75 * steady; });
     }
     for (const { path, from } of this.lines) {
-      const share = bright.get(from) ?? 0;
-      path.style.opacity = (0.25 + 0.7 * share).toFixed(2);
-      path.style.strokeWidth = (1 + 1.5 * share).toFixed(1);
+      steadily(path, bright.get(from) ?? 0, ({ style }, steady) => {
+        style.strokeOpacity = 0.25 + 0.7 * steady;
+        style.strokeWidth = 1 + 1.5 * steady;
+      });
     }
   }
 

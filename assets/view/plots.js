@@ -6,6 +6,9 @@ const BRANCH_DASHES = [[7, 4], [2, 3], [9, 3, 2, 3], [1, 4]];
 const BRANCH_LINES = ["dashed", "dotted", "dashes and dots", "thinly dotted"];
 const MARGIN = { left: 46, right: 8, top: 6, bottom: 20 };
 
+// What is plotted of the whole network: the number of a frame, and its title.
+const ENERGY = [["arrivals", "synaptic events a second"], ["spikes", "spikes a second"]];
+
 // How the spikes of all branches are drawn.
 const BRANCH_SPIKES = "paler, half as high";
 
@@ -318,7 +321,7 @@ class Plot {
     [...this.legend.children].forEach((label, i) => {
       const value = now?.[i];
       label.querySelector("i").style.borderTop = `3px ${theme.dash(i).length ? "dashed" : "solid"} ${this.colour(i)}`;
-      label.querySelector("output").textContent = value === undefined ? "" : value.toFixed(2);
+      label.querySelector("output").textContent = value === undefined ? "" : Math.abs(value) < 1000 ? value.toFixed(2) : shortNumber(value);
     });
   }
 
@@ -358,7 +361,20 @@ class Plots {
     this.ask(plot);
   }
 
+  // What the frames say of the whole network, so the run is not asked.
+  addEnergy() {
+    for (const [of, name] of ENERGY) {
+      if (this.all.some((plot) => plot.what.energy === of)) continue;
+      const plot = new Plot(`Whole network, ${name}`, { energy: of }, () => this.drop(plot));
+      this.all.push(plot);
+      this.none.hidden = true;
+      this.place.prepend(plot.element);
+      plot.begin({ id: of, names: [name] });
+    }
+  }
+
   ask(plot) {
+    if (plot.what.energy) return;
     plot.key = this.next;
     this.next += 1;
     plot.id = null;
@@ -415,6 +431,7 @@ class Plots {
 
   take(frame, wentBack) {
     if (wentBack) this.all.forEach((plot) => plot.cut(frame.tick));
+    for (const plot of this.all.filter(({ what }) => what.energy)) plot.take({ width: 1, ticks: [frame.tick], values: [frame[plot.what.energy]] });
     for (const samples of frame.plots) this.all.find((plot) => plot.id === samples.id)?.take(samples);
     this.all.filter(({ id }) => id !== null).forEach((plot) => plot.reach(frame.tick));
   }

@@ -291,25 +291,12 @@ fn rasters(layers: Vec<(&str, Spikes<'_>)>) -> Value {
     })
 }
 
-/// Returns nodes and connections for the drawing.
+/// Returns the graph for the page, without the connections if there are too many for a drawing.
 fn drawn(sim: &Simulator) -> Value {
-    let graph = sim.graph();
-    let mut units = vec![0; graph.nodes.len()];
-    for (_, source) in graph.event_sources() {
-        units[source.node] = source.units;
+    let mut outline = sim.graph().outline();
+    let connections = outline.edges.len();
+    if outline.nodes.len() > DRAWN.0 || connections > DRAWN.1 {
+        outline.edges.clear();
     }
-    let whole = graph.nodes.len() <= DRAWN.0 && graph.edges.len() <= DRAWN.1;
-    let nodes = graph.nodes.iter().zip(&units).map(|(node, units)| {
-        let width: usize = node.ports.outputs.iter().map(|output| output.shape.width).sum();
-        json!([node.path, width, units])
-    });
-    let edges = graph.edges.iter().filter(|_| whole).map(|edge| {
-        let via = edge.via.to_string();
-        let weight = graph.bodies[edge.to.0].weight(edge.to.1);
-        json!([edge.from.0, edge.to.0, if via == "none" { "" } else { &via }, weight])
-    });
-    json!({
-        "nodes": nodes.collect::<Vec<_>>(), "edges": edges.collect::<Vec<_>>(),
-        "connections": graph.edges.len(),
-    })
+    json!({ "nodes": outline.nodes, "edges": outline.edges, "connections": connections })
 }

@@ -47,8 +47,9 @@ impl Branches {
         self.kept.push(Branch { id: self.last_id, mark, parted: tick });
     }
 
-    /// Returns to the end of a branch. The error is a sentence; the run stands where it stood then.
-    pub fn turn(&mut self, id: u32, live: &mut Live) -> Result<(), String> {
+    /// Returns to the end of a branch. Returns the tick at which it had parted. The error is a sentence; the run stands where it
+    /// stood then.
+    pub fn turn(&mut self, id: u32, live: &mut Live) -> Result<u64, String> {
         let at = self.kept.iter().position(|branch| branch.id == id);
         let at = at.ok_or_else(|| format!("there is no branch {id}"))?;
         let here = live.mark().map_err(|error| error.to_string())?;
@@ -59,7 +60,7 @@ impl Branches {
         self.kept.iter_mut().for_each(|branch| branch.parted = branch.parted.min(parted));
         self.left = None;
         self.turns = (self.turns.0 + 1, id);
-        Ok(())
+        Ok(parted)
     }
 
     /// Returns what windows are told.

@@ -1,5 +1,6 @@
 //! The loop of a watched run: takes commands, runs ticks, and publishes frames.
 
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -25,6 +26,12 @@ const TOLD: usize = 100;
 const LINE: usize = 200;
 /// Shortest time between two frames of a run that goes on: a little less than between two looks of the clock.
 const SHORTEST: Duration = Duration::from_millis(14);
+/// The same if no window has taken the last frame.
+const UNREAD: Duration = Duration::from_millis(250);
+/// Ticks after which recordings are moved to their files.
+const RECORDED: u64 = 1_000;
+/// Number of events that windows are told of.
+const LISTED: u32 = 200;
 
 /// How a watched run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,6 +88,10 @@ struct Loop<'v, 'l> {
     /// Whether a window has returned to a branch.
     turned: bool,
     poses: Vec<f32>,
+    /// The tick up to which recordings are in their files.
+    recorded: u64,
+    /// The last events in words, with the number of all, as windows were told; `None` after the run has gone back.
+    listed: Option<(u32, VecDeque<String>)>,
 }
 
 impl View {
@@ -98,6 +109,9 @@ impl View {
         loop {
             own.obey();
             own.file_log();
+            if own.live.tick().abs_diff(own.recorded) >= RECORDED {
+                own.record();
+            }
             if own.ended {
                 return own.finish(Driven::Ended);
             }
@@ -186,6 +200,7 @@ impl<'v, 'l> Loop<'v, 'l> {
         };
         let shown = (Instant::now(), live.tick());
         Self {
+            recorded: live.tick(),
             view,
             live,
             sampler,
@@ -200,11 +215,13 @@ impl<'v, 'l> Loop<'v, 'l> {
             filed: None,
             turned: false,
             poses: Vec::new(),
+            listed: None,
         }
     }
 
     fn finish(mut self, driven: Driven) -> Result<Driven, LiveError> {
         self.file_log();
+        self.record();
         self.view.sampled = Some((self.live.sim().graph().clone(), self.sampler));
         match self.failure {
             Some(failure) => Err(failure),
@@ -248,6 +265,30 @@ impl<'v, 'l> Loop<'v, 'l> {
         {
             self.view.log = None;
             self.view.log_fault = Some(fault);
+        }
+    }
+
+    /// Moves what was recorded to the files.
+    fn record(&mut self) {
+        self.recorded = self.live.tick();
+        if let Some(files) = &mut self.view.recordings
+            && let Err(fault) = files.take_live(self.live)
+        {
+            self.view.recordings = None;
+            self.view.recording_fault = Some(fault);
+        }
+    }
+
+    /// Cuts the files of recordings after a tick: the run has gone back, or to a branch that parted there.
+    fn unrecord(&mut self, tick: u64) {
+        self.recorded = self.live.tick();
+        let time_s = tick as f64 * self.dt_s();
+        if let Some(files) = &mut self.view.recordings {
+            self.live.clear_recordings();
+            if let Err(fault) = files.cut(time_s) {
+                self.view.recordings = None;
+                self.view.recording_fault = Some(fault);
+            }
         }
     }
 
@@ -317,8 +358,7 @@ impl<'v, 'l> Loop<'v, 'l> {
                 if self.view.hub.log_waits(window) {
                     return Err("the log that was asked for before is still on its way".into());
                 }
-                let log = json!({ "saved": self.live.log().to_string() });
-                self.view.hub.tell_log(window, &log);
+                self.view.hub.tell_log(window, self.live.log());
             }
             Command::End {} => self.ended = true,
         }
@@ -352,7 +392,10 @@ impl<'v, 'l> Loop<'v, 'l> {
 
     fn turn(&mut self, id: u32) -> Result<(), String> {
         self.view.mode = Mode::Stopped;
-        self.view.branches.turn(id, self.live)?;
+        self.record();
+        let parted = self.view.branches.turn(id, self.live)?;
+        self.unrecord(parted);
+        self.listed = None;
         self.sampler.forget();
         self.view.standing.epoch = self.view.standing.epoch.wrapping_add(1);
         (self.halted, self.failure, self.turned) = (None, None, true);
@@ -362,7 +405,10 @@ impl<'v, 'l> Loop<'v, 'l> {
     fn go_back(&mut self, tick: u64) -> Result<(), String> {
         self.view.mode = Mode::Stopped;
         self.view.branches.leave(self.live);
+        self.record();
         let gone = self.live.seek(tick);
+        self.unrecord(self.live.tick());
+        self.listed = None;
         self.sampler.forget();
         self.view.standing.epoch = self.view.standing.epoch.wrapping_add(1);
         match gone {
@@ -385,6 +431,22 @@ impl<'v, 'l> Loop<'v, 'l> {
     fn events(&mut self) -> u32 {
         let events = self.view.events.as_mut();
         events.map_or(0, |tell| tell(&SimView::of(self.live.sim()), &mut self.doing))
+    }
+
+    /// Tells windows the events in words, if there are others than before.
+    fn list(&mut self, events: u32) {
+        let Some(describe) = &mut self.view.describe else { return };
+        if self.listed.as_ref().is_some_and(|(known, _)| *known == events) {
+            return;
+        }
+        let view = SimView::of(self.live.sim());
+        let (known, texts) = self.listed.get_or_insert_default();
+        for number in (*known).max(events.saturating_sub(LISTED))..events {
+            texts.extend(describe(&view, number).map(|text| cut(&text, LINE).into_owned()));
+        }
+        *known = events;
+        texts.drain(..texts.len().saturating_sub(LISTED as usize));
+        self.view.hub.tell_standing(3, &json!({ "events": texts }));
     }
 
     /// Returns whether the run cannot go on and nobody is there who could take it back.
@@ -427,7 +489,9 @@ impl<'v, 'l> Loop<'v, 'l> {
         stop: &mut impl FnMut(SimView<'_>) -> Stop,
     ) -> Option<StopReason> {
         let Self { view, live, sampler, doing, .. } = self;
-        let View { hub, readings, events, mode, .. } = &mut **view;
+        let View { hub, readings, events, mode, recordings, .. } = &mut **view;
+        // Without a window nothing else interrupts the run.
+        let ticks = if recordings.is_some() { ticks.min(RECORDED) } else { ticks };
         hub.due.store(false, Ordering::Relaxed);
         let until = match *mode {
             Mode::Until(events) => Some(events),
@@ -465,7 +529,8 @@ impl<'v, 'l> Loop<'v, 'l> {
         let (moment, from) = self.shown;
         let running = !matches!(self.view.mode, Mode::Stopped);
         let passed = moment.elapsed();
-        if !self.fresh || running && passed < SHORTEST {
+        let shortest = if self.view.hub.wanted.load(Ordering::Relaxed) { SHORTEST } else { UNREAD };
+        if !self.fresh || running && passed < shortest {
             return;
         }
         let open = self.view.hub.open();
@@ -479,6 +544,7 @@ impl<'v, 'l> Loop<'v, 'l> {
             self.sampler.space(gone);
         }
         let events = self.events();
+        self.list(events);
         let (logged, ahead) = (self.live.made(), self.live.ahead().len());
         let earliest = self.live.earliest();
         let speed = gone as f64 * self.dt_s() / passed.as_secs_f64().max(1e-6);
@@ -492,9 +558,14 @@ impl<'v, 'l> Loop<'v, 'l> {
             (scene.poses)(&SimView::of(self.live.sim()), &mut self.poses);
         }
         let View { hub, standing, readings, .. } = &*self.view;
+        let faults = [("log", &self.view.log_fault), ("recordings", &self.view.recording_fault)];
+        let faults = faults.into_iter().filter_map(|(what, fault)| {
+            fault.as_ref().map(|fault| format!("the {what} can no longer be written: {fault}"))
+        });
+        let faults: Vec<String> = faults.collect();
         hub.tell_standing(
             0,
-            &json!({ "standing": { "doing": self.doing, "halted": self.halted } }),
+            &json!({ "standing": { "doing": self.doing, "halted": self.halted, "faults": faults } }),
         );
         hub.tell_standing(2, &self.view.branches.told());
         if self.told != Some((logged.len(), standing.epoch)) {

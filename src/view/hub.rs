@@ -8,7 +8,10 @@ use std::sync::mpsc::{SyncSender, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use serde_json::json;
+
 use super::command::Command;
+use crate::sim::InterventionLog;
 
 /// Greatest number of windows.
 pub(super) const MOST_WINDOWS: usize = 10;
@@ -20,11 +23,42 @@ const MOST_BYTES: usize = 16_000_000;
 /// A command with the number of its window.
 pub(super) type Sent = (u64, Command);
 
+/// A frame: what all windows get, then the plots of all windows.
+#[derive(Clone, Default)]
+pub(super) struct Frame {
+    bytes: Arc<[u8]>,
+    /// Where the plots begin.
+    head: usize,
+    /// The window of each plot, and where the plot ends.
+    plots: Arc<[(u64, usize)]>,
+}
+
+impl Frame {
+    pub fn new(bytes: Vec<u8>, head: usize, plots: Vec<(u64, usize)>) -> Self {
+        Self { bytes: bytes.into(), head, plots: plots.into() }
+    }
+
+    /// Returns the frame with the plots of one window.
+    pub fn of(&self, window: u64) -> Vec<u8> {
+        let mut own = self.bytes[..self.head].to_vec();
+        let (mut from, mut count) = (self.head, 0_u16);
+        for (owner, end) in self.plots.iter() {
+            if *owner == window {
+                own.extend_from_slice(&self.bytes[from..*end]);
+                count += 1;
+            }
+            from = *end;
+        }
+        own[2..4].copy_from_slice(&count.to_le_bytes());
+        own
+    }
+}
+
 /// A frame with its number, counted from 1.
 #[derive(Clone, Default)]
 struct Latest {
     number: u64,
-    bytes: Arc<[u8]>,
+    frame: Frame,
 }
 
 /// Answers for one window.
@@ -32,7 +66,7 @@ struct Window {
     id: u64,
     answers: VecDeque<Arc<str>>,
     /// The log of the run, which can be long: it comes after the answers.
-    log: Option<Arc<str>>,
+    log: Option<InterventionLog>,
     /// Whether answers were lost because the window does not read.
     lost: bool,
 }
@@ -43,8 +77,8 @@ struct Windows {
     open: Vec<Window>,
     /// What a window is told first: the graph.
     hello: Option<Arc<str>>,
-    /// What it is told next: how the run stands, its log, and its branches.
-    standing: [Option<Arc<str>>; 3],
+    /// What it is told next: how the run stands, its log, its branches, and its events.
+    standing: [Option<Arc<str>>; 4],
 }
 
 /// Why a window is not let in.
@@ -57,6 +91,8 @@ pub(super) struct Hub {
     pub read_only: bool,
     /// The run looks up from its ticks: a frame is due, or a command waits.
     pub due: AtomicBool,
+    /// A window has taken the latest frame, or has come since: another frame is of use.
+    pub wanted: AtomicBool,
     pub closing: AtomicBool,
     /// Number of connections, windows included.
     pub connections: AtomicUsize,
@@ -78,6 +114,7 @@ impl Hub {
             port,
             read_only,
             due: AtomicBool::new(false),
+            wanted: AtomicBool::new(true),
             closing: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
             commands,
@@ -103,20 +140,25 @@ impl Hub {
     }
 
     /// Replaces the latest frame.
-    pub fn publish(&self, bytes: Arc<[u8]>) {
+    pub fn publish(&self, frame: Frame) {
+        self.wanted.store(false, Ordering::Relaxed);
         let mut latest = locked(&self.latest);
-        *latest = Latest { number: latest.number + 1, bytes };
+        *latest = Latest { number: latest.number + 1, frame };
         drop(latest);
         self.news.notify_all();
     }
 
     /// Returns the latest frame if it is newer than number `seen`. Waits at most `wait` for one.
-    pub fn newer(&self, seen: u64, wait: Duration) -> Option<(u64, Arc<[u8]>)> {
+    pub fn newer(&self, seen: u64, wait: Duration) -> Option<(u64, Frame)> {
         let latest = locked(&self.latest);
         let old = |latest: &mut Latest| latest.number <= seen;
         let waited = self.news.wait_timeout_while(latest, wait, old);
         let (latest, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        (latest.number > seen).then(|| (latest.number, latest.bytes.clone()))
+        let newer = (latest.number > seen).then(|| (latest.number, latest.frame.clone()));
+        if newer.is_some() {
+            self.wanted.store(true, Ordering::Relaxed);
+        }
+        newer
     }
 
     /// Lets a window in. It is told the graph first.
@@ -130,6 +172,7 @@ impl Hub {
         let answers = windows.hello.iter().cloned().chain(standing.into_iter().flatten()).collect();
         windows.open.push(Window { id, answers, log: None, lost: false });
         drop(windows);
+        self.wanted.store(true, Ordering::Relaxed);
         self.look_up();
         Ok(id)
     }
@@ -148,10 +191,15 @@ impl Hub {
     pub fn answer(&self, id: u64) -> Result<Option<Arc<str>>, Full> {
         let mut windows = locked(&self.windows);
         let window = windows.open.iter_mut().find(|window| window.id == id);
-        match window.filter(|window| !window.lost) {
-            Some(window) => Ok(window.answers.pop_front().or_else(|| window.log.take())),
-            None => Err(Full),
-        }
+        let window = window.filter(|window| !window.lost).ok_or(Full)?;
+        let (answer, log) = match window.answers.pop_front() {
+            Some(answer) => (Some(answer), None),
+            None => (None, window.log.take()),
+        };
+        // The run does not wait for a long log to be written out.
+        drop(windows);
+        let written = |log: InterventionLog| json!({ "saved": log.to_string() }).to_string();
+        Ok(answer.or_else(|| log.map(|log| written(log).into())))
     }
 
     /// Returns whether there has been a window.
@@ -164,12 +212,11 @@ impl Hub {
         locked(&self.windows).open.iter().any(|window| window.id == id && window.log.is_some())
     }
 
-    /// Tells a window the log. At most one waits.
-    pub fn tell_log(&self, id: u64, what: &serde_json::Value) {
-        let what: Arc<str> = what.to_string().into();
+    /// Tells a window the log. At most one waits. The window's thread writes it out.
+    pub fn tell_log(&self, id: u64, log: InterventionLog) {
         let mut windows = locked(&self.windows);
         if let Some(window) = windows.open.iter_mut().find(|window| window.id == id) {
-            window.log = Some(what);
+            window.log = Some(log);
         }
     }
 
@@ -191,7 +238,7 @@ impl Hub {
     }
 
     /// Tells all windows, also those that come later: as number 0 how the run stands, as number 1 its log, as number 2 its
-    /// branches. Says it only if it has changed.
+    /// branches, as number 3 its events. Says it only if it has changed.
     pub fn tell_standing(&self, number: usize, what: &serde_json::Value) {
         let what: Arc<str> = what.to_string().into();
         let mut windows = locked(&self.windows);

@@ -63,6 +63,7 @@ use self::drive::Mode;
 use self::hub::{Hub, Sent};
 use self::log_file::LogFile;
 use self::sampler::{Reading, Sampler, Standing};
+use crate::record::RecordingFiles;
 use crate::sim::{Graph, Live, LiveError, Real, SimView};
 
 /// Greatest number of commands that wait for the run.
@@ -91,6 +92,7 @@ pub enum ViewError {
 
 type Poses = dyn FnMut(&SimView<'_>, &mut Vec<Real>) + Send;
 type Tell = dyn FnMut(&SimView<'_>, &mut String) -> u32 + Send;
+type Describe = dyn FnMut(&SimView<'_>, u32) -> Option<String> + Send;
 
 /// A scene in three dimensions.
 struct Scene {
@@ -110,6 +112,7 @@ pub struct View {
     readings: Vec<Reading>,
     scene: Option<Scene>,
     events: Option<Box<Tell>>,
+    describe: Option<Box<Describe>>,
     mode: Mode,
     standing: Standing,
     /// The plots, with the graph to which they belong.
@@ -119,6 +122,9 @@ pub struct View {
     log: Option<LogFile>,
     /// Why the log could not be written.
     log_fault: Option<io::Error>,
+    recordings: Option<RecordingFiles>,
+    /// Why the recordings could not be written.
+    recording_fault: Option<io::Error>,
 }
 
 impl std::fmt::Debug for View {
@@ -167,12 +173,15 @@ impl View {
             readings: Vec::new(),
             scene: None,
             events: None,
+            describe: None,
             mode: if read_only { Mode::running(Some(1.0)) } else { Mode::Stopped },
             standing: Standing::default(),
             sampled: None,
             branches: Branches::default(),
             log: None,
             log_fault: None,
+            recordings: None,
+            recording_fault: None,
         };
         let thread = |name: &str, run: Box<dyn FnOnce() + Send>| {
             let thread = thread::Builder::new().name(name.into()).spawn(run);
@@ -243,6 +252,30 @@ impl View {
     ) -> Self {
         self.events = Some(Box::new(tell));
         self
+    }
+
+    /// Lists the events of [`with_events`](Self::with_events): `describe` returns the sentence of an event, by its number from 0.
+    /// It is called after a tick, for events that windows have not been told of.
+    #[must_use]
+    pub fn with_list(
+        mut self,
+        describe: impl FnMut(&SimView<'_>, u32) -> Option<String> + Send + 'static,
+    ) -> Self {
+        self.describe = Some(Box::new(describe));
+        self
+    }
+
+    /// Moves what the probes of the run record to files as the run goes on, so that memory stays bounded. When the run goes
+    /// back, so do the files. After a return to a branch they go on at its end.
+    #[must_use]
+    pub fn with_recordings(mut self, files: RecordingFiles) -> Self {
+        self.recordings = Some(files);
+        self
+    }
+
+    /// Returns why the recordings could not be written, if they could not.
+    pub fn recording_fault(&mut self) -> Option<io::Error> {
+        self.recording_fault.take()
     }
 
     /// Writes the log of what is changed to a file as the run goes on, so that nothing is lost if the program is stopped. A file

@@ -2,9 +2,8 @@
 //!
 //! A tick costs one comparison for each plot, and no allocation. A frame has the layout that docs/live.md states.
 
-use std::sync::Arc;
-
 use super::command::Plotted;
+use super::hub::Frame;
 use crate::sim::{
     EventSource, Graph, GraphOutline, NodeOutline, OutputRef, Real, SimView, Simulator, cut,
     nearest_first,
@@ -258,7 +257,7 @@ impl Sampler {
         standing: &Standing,
         readings: &[Reading],
         poses: &[Real],
-    ) -> Arc<[u8]> {
+    ) -> Frame {
         let view = SimView::of(sim);
         // The present values are always shown.
         for plot in &mut self.plots {
@@ -270,7 +269,8 @@ impl Sampler {
         let [spikes, arrivals] = self.spikes(sim);
         let count = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
         out.extend([1, standing.mode]);
-        out.extend(count(self.plots.len()).to_le_bytes());
+        // Each window is sent the number of its own plots.
+        out.extend([0, 0]);
         out.extend(standing.epoch.to_le_bytes());
         let tick = view.tick();
         for number in [tick as f64, sim.time_s(), standing.earliest as f64] {
@@ -289,6 +289,7 @@ impl Sampler {
             out.extend(activity(sim, outputs).to_le_bytes());
         }
         poses.iter().for_each(|value| out.extend(value.to_le_bytes()));
+        let (head, mut ends) = (out.len(), Vec::with_capacity(self.plots.len()));
         for plot in &mut self.plots {
             let width = if matches!(plot.of, Of::Spikes { .. }) { 0 } else { plot.width };
             for number in [plot.id, plot.ticks.len() as u32, width as u32] {
@@ -298,8 +299,9 @@ impl Sampler {
             plot.values.iter().for_each(|value| out.extend(value.to_le_bytes()));
             plot.ticks.clear();
             plot.values.clear();
+            ends.push((plot.window, out.len()));
         }
-        out.into()
+        Frame::new(out, head, ends)
     }
 
     /// Returns the spikes and the synaptic events a second, estimated from the last tick of some neurons. Not a number if

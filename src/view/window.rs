@@ -19,8 +19,10 @@ const FIRST: Duration = Duration::from_secs(5);
 const STALLED: Duration = Duration::from_secs(20);
 /// Time between two pings, and time without an answer after which a window is dropped.
 const PINGS: [Duration; 2] = [Duration::from_secs(15), Duration::from_secs(60)];
-/// Time between two looks at the socket.
-const NAP: Duration = Duration::from_millis(8);
+/// Time between two looks at the socket of a window that waits for frames. Each takes a processor from the run for a moment.
+const NAP: Duration = Duration::from_millis(16);
+/// Time between two looks at a socket that takes nothing.
+const BLOCKED: Duration = Duration::from_millis(50);
 /// Greatest number of messages that are read between two frames.
 const MOST_READ: usize = 64;
 /// Greatest number of malformed messages before a window is dropped.
@@ -202,7 +204,7 @@ impl Talk<'_> {
                 let frame = match talk.blocked {
                     None => talk.hub.newer(seen, NAP),
                     Some(_) => {
-                        std::thread::sleep(NAP);
+                        std::thread::sleep(BLOCKED);
                         None
                     }
                 };
@@ -211,11 +213,11 @@ impl Talk<'_> {
                 {
                     talk.write(Some(Message::text(&*answer)))?;
                 }
-                if let Some((number, bytes)) = frame
+                if let Some((number, frame)) = frame
                     && talk.blocked.is_none()
                 {
                     seen = number;
-                    talk.write(Some(Message::Binary(Bytes::from_owner(bytes))))?;
+                    talk.write(Some(Message::binary(frame.of(id))))?;
                 }
                 if pinged.elapsed() > PINGS[0] && talk.blocked.is_none() {
                     pinged = Instant::now();

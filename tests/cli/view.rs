@@ -1,6 +1,8 @@
 //! `symbolt view`: the main job is stopped, disturbed and taken back by hand, and its log repeats it.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use serde_json::{Value, json};
@@ -54,10 +56,15 @@ fn a_motor_that_is_silenced_in_a_window_gives_no_decision_and_its_log_repeats_it
 }
 
 /// Starts a run in `here`. Returns it with what it says and a window.
-fn started(here: &std::path::Path) -> (Child, BufReader<ChildStdout>, Window) {
+fn started(here: &Path) -> (Child, BufReader<ChildStdout>, Window) {
+    started_with(here, &[])
+}
+
+fn started_with(here: &Path, more: &[&str]) -> (Child, BufReader<ChildStdout>, Window) {
     let mut program = Command::new(env!("CARGO_BIN_EXE_symbolt"))
         .current_dir(here)
         .args(["view", "--demos", "2", "--quiet", "--log", "log.jsonl"])
+        .args(more)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
@@ -114,4 +121,57 @@ fn the_log_of_a_run_that_failed_is_written() {
     let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
     assert_eq!(log.lines().count(), 1);
     assert!(log.starts_with("{\"tick\":5,\"do\":{\"clamp\""), "{log:.100}");
+}
+
+/// The files of a folder that end with `.npy`, by their names.
+fn arrays(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let arrays = files.filter(|file| file.extension().is_some_and(|end| end == "npy"));
+    let name = |file: &Path| file.file_name().unwrap().to_str().unwrap().to_owned();
+    arrays.map(|file| (name(&file), std::fs::read(&file).unwrap())).collect()
+}
+
+#[test]
+fn a_part_taken_away_by_hand_is_planned_anew_and_streamed_and_repeated_with_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let (mut program, mut said, mut window) =
+        started_with(here, &["--bolts", "2", "--stream", "live"]);
+    // The first plan is under way; what is recorded on the way back and on again counts once.
+    window.goes(&json!({ "step": { "ticks": 250 } }), 250);
+    window.goes(&json!({ "back": { "ticks": 90 } }), 160);
+    window.goes(&json!({ "step": { "ticks": 40 } }), 200);
+    window.send(&json!({ "do": { "world": { "remove": { "object": "bolt_0" } } } }));
+    window.send(&json!({ "run": {} }));
+    while window.frame().0.mode != 2 {}
+    let told = window.last("events").unwrap();
+    assert_eq!(told.as_array().map(Vec::len), Some(4), "{told}");
+    assert!(told[0].as_str().unwrap().ends_with(" s: put bolt 1 in the bolt hole"), "{told}");
+    window.send(&json!({ "end": {} }));
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    assert!(program.wait().unwrap().success());
+    assert_eq!(rest, "Ended after 4 decisions: the goal is met. 1 intervention in the log.\n");
+    let run = |more: &[&str]| {
+        let args = ["run", "--demos", "2", "--quiet", "--bolts", "2"];
+        let mut program = Command::new(env!("CARGO_BIN_EXE_symbolt"));
+        program.current_dir(here).args(args).args(more).output().unwrap()
+    };
+    let again = run(&["--interventions", "log.jsonl", "--stream", "again", "--out", "again-out"]);
+    assert!(again.status.success(), "{again:?}");
+    let [live, again] = ["live", "again"].map(|name| arrays(&here.join(name)));
+    assert!(live.len() >= 8, "{:?}", live.keys());
+    assert!(live == again);
+    let columns = std::fs::read_to_string(here.join("live/columns.json")).unwrap();
+    let columns: Value = serde_json::from_str(&columns).unwrap();
+    assert_eq!(2 * columns.as_object().unwrap().len(), live.len());
+    let trace = std::fs::read_to_string(here.join("again-out/trace.jsonl")).unwrap();
+    assert!(trace.contains("took bolt 0 away from (") && !trace.contains("put bolt 0 in the nut"));
+    // Without the hand it is another plan, with other numbers; a folder with files is not written to.
+    let usual = run(&["--stream", "usual", "--out", "usual-out"]);
+    assert!(usual.status.success() && arrays(&here.join("usual")) != live, "{usual:?}");
+    let refused = run(&["--stream", "usual", "--out", "none"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(said, "symbolt: --stream usual: has files already; name a new folder\n");
 }

@@ -12,7 +12,7 @@ use symbolt::files::{
 };
 
 use symbolt::prelude::*;
-use symbolt::record::RecordingFiles;
+use symbolt::record::{RecordingFiles, RowFiles};
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = folder.read_dir().expect("a folder").flatten();
@@ -328,4 +328,25 @@ fn recordings_stream_to_the_files_of_their_run_and_of_no_other() {
         10
     );
     assert!(RecordingFiles::create(folder.path(), &sim).is_err(), "files are not overwritten");
+}
+
+#[test]
+fn rows_of_a_program_stream_to_files_and_an_earlier_time_takes_later_rows_away() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lists = [("one", 1), ("a/b", 3)];
+    let mut files = RowFiles::create(folder.path(), lists).expect("files");
+    // More than is held in memory.
+    for tick in (1..=20_000_u16).chain(9_000..=12_000).chain(12_000..=12_000) {
+        let time_s = f64::from(tick) / 1e3;
+        files.push(time_s, &[f32::from(tick), 1.0, 2.0, 3.0]).expect("writes");
+    }
+    files.cut(11.999).expect("cuts");
+    let read = |name: &str| std::fs::read(folder.path().join(name)).expect("reads");
+    let times = read("one.time_s.npy");
+    assert_eq!(times.len(), 128 + 8 * 11_999);
+    assert_eq!(times[times.len() - 8..], 11.999_f64.to_le_bytes());
+    let ones: Vec<u8> = (1..=11_999_u16).flat_map(|tick| f32::from(tick).to_le_bytes()).collect();
+    assert!(read("one.values.npy")[128..] == ones);
+    assert_eq!(read("a.b.values.npy").len(), 128 + 12 * 11_999);
+    assert!(RowFiles::create(folder.path(), lists).is_err(), "files are not overwritten");
 }

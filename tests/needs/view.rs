@@ -6,12 +6,14 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
 use libtest_mimic::Trial;
+use serde_json::json;
 use symbolt::prelude::*;
 
 use crate::chromium::browser;
 use crate::devtools::Devtools;
 use crate::model::model;
 use crate::needs::{named, only_if};
+use crate::page::AUDIT;
 use crate::window::{Served, served};
 
 pub fn trials() -> Vec<Trial> {
@@ -22,6 +24,8 @@ pub fn trials() -> Vec<Trial> {
             a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for,
             a_part_is_dragged_in_the_picture_and_taken_away_by_hand,
             the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone,
+            a_live_run_is_readable_by_everyone_on_every_width,
+            the_network_is_searched_dragged_zoomed_and_folded_and_every_plot_is_exported,
             a_refusal_goes_with_the_next_command_and_a_failed_run_is_taken_back_by_hand,
             an_address_without_its_token_says_what_to_open,
         ],
@@ -168,7 +172,7 @@ fn a_part_is_dragged_in_the_picture_and_taken_away_by_hand() {
     };
     let mouse = |page: &mut Devtools, kind: &str, [x, y]: [f64; 2]| {
         let buttons = u8::from(kind != "mouseReleased");
-        let event = serde_json::json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        let event = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
         page.page("Input.dispatchMouseEvent", event);
     };
     // Without the button, dragging turns the picture.
@@ -183,6 +187,7 @@ fn a_part_is_dragged_in_the_picture_and_taken_away_by_hand() {
     page.click("[data-step=\"10\"]");
     page.until("window.symbolt.page.frame.tick === 20");
     assert_eq!(rows(&mut page), 0);
+    assert_eq!(page.value("document.querySelectorAll('#events li').length"), 0);
     page.click("#grab");
     let before = page.value("[...window.symbolt.page.scene.frames.poses.slice(7, 9)]");
     drag(&mut page);
@@ -204,6 +209,12 @@ fn a_part_is_dragged_in_the_picture_and_taken_away_by_hand() {
     page.until("window.symbolt.page.scene.frames.poses[9] < -0.2");
     let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
     assert_eq!(log.lines().count(), 2, "{log}");
+    // The one decision that is left: nothing can be done.
+    page.click("#until");
+    page.until("document.querySelectorAll('#events li').length === 1");
+    page.until(
+        "document.querySelector('#events li').textContent.match(/^0\\.\\d{3} s: /) !== null",
+    );
     assert!(
         log.ends_with("{\"tick\":20,\"do\":{\"world\":{\"remove\":{\"object\":\"bolt_0\"}}}}\n"),
         "{log}"
@@ -217,7 +228,7 @@ fn the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone() {
     let mut page = opened(&served, 390, 844);
     page.page(
         "Emulation.setEmulatedMedia",
-        serde_json::json!({ "features": [{ "name": "prefers-color-scheme", "value": "dark" }] }),
+        json!({ "features": [{ "name": "prefers-color-scheme", "value": "dark" }] }),
     );
     page.until("document.documentElement.dataset.theme === 'dark'");
     assert_eq!(page.value("document.documentElement.scrollWidth <= innerWidth"), true);
@@ -238,6 +249,122 @@ fn the_page_of_a_live_run_fits_a_phone_in_the_dark_and_is_used_by_keys_alone() {
         page.value("scrollTo(0, 0)");
         page.picture(&std::path::Path::new(&folder).join("phone.png"));
     }
+    drop(page);
+    served.ended();
+}
+
+fn a_live_run_is_readable_by_everyone_on_every_width() {
+    let served = served(spiking());
+    for (width, dark) in [(1366, false), (1366, true), (390, false), (390, true), (320, true)] {
+        let mut page = opened(&served, width, 844);
+        let scheme = if dark { "dark" } else { "light" };
+        let media = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
+        page.page("Emulation.setEmulatedMedia", media);
+        page.until(&format!("document.documentElement.dataset.theme === '{scheme}'"));
+        page.click("#network [data-path=\"memory\"]");
+        for button in ["#similar", "#spikes", "#energy"] {
+            page.click(button);
+        }
+        page.until("window.symbolt.page.plots.all.length === 4");
+        page.click("#silence");
+        page.until("document.querySelectorAll('#log tbody tr').length > 0");
+        let audit = format!(
+            "(() => {{ const found = {{}}; const page = window.symbolt.page; {AUDIT} return found; }})()"
+        );
+        let found = page.value(&audit);
+        let at = format!("{width} px, {scheme}: {found}");
+        assert!(
+            found["texts"].as_u64() > Some(40) && found["controls"].as_u64() > Some(30),
+            "{at}"
+        );
+        for fault in ["faint", "nameless", "unreached"] {
+            assert_eq!(found[fault], json!([]), "{fault}, {at}");
+        }
+        assert!(found["wide"].as_f64() <= Some(0.0), "scrolls sideways, {at}");
+        if let Some(folder) = std::env::var_os("SYMBOLT_PICTURES") {
+            page.click("[data-step=\"100\"]");
+            page.value("window.scrollTo(0, 0)");
+            let name = format!("live-{width}-{scheme}.png");
+            page.whole(&std::path::Path::new(&folder).join(name));
+        }
+    }
+    served.ended();
+}
+
+fn the_network_is_searched_dragged_zoomed_and_folded_and_every_plot_is_exported() {
+    let served = served(spiking());
+    let mut page = opened(&served, 1366, 1000);
+    let boxes = |page: &mut Devtools| {
+        page.value("document.querySelectorAll('#network .box').length").as_u64().unwrap()
+    };
+    let view = |page: &mut Devtools| {
+        page.value("document.querySelector('#network svg').getAttribute('viewBox')")
+    };
+    let folded = boxes(&mut page);
+    // A second click opens a module, and the search finds what is folded.
+    page.click("#network [data-path=\"memory\"]");
+    page.click("#network [data-path=\"memory\"]");
+    page.until(&format!("document.querySelectorAll('#network .box').length > {folded}"));
+    page.click("#fold");
+    assert_eq!(boxes(&mut page), folded);
+    page.click("#search");
+    page.types("rules.chosen");
+    page.press("Enter", "\r");
+    page.until("document.getElementById('output').value === 'rules.chosen'");
+    assert!(boxes(&mut page) > folded);
+    page.click("#fold");
+    let before = view(&mut page);
+    page.click("#nearer");
+    let nearer = view(&mut page);
+    assert_ne!(before, nearer);
+    let place = page.value(
+        "(() => { const r = document.querySelector('#network svg').getBoundingClientRect(); return [r.x + 12, r.y + 12]; })()",
+    );
+    let [x, y] = [0, 1].map(|axis| place[axis].as_f64().unwrap());
+    for (kind, x) in [("mousePressed", x), ("mouseMoved", x + 60.0), ("mouseReleased", x + 60.0)] {
+        let buttons = u8::from(kind != "mouseReleased");
+        let event = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        page.page("Input.dispatchMouseEvent", event);
+    }
+    assert_ne!(view(&mut page), nearer);
+    // Values, an expression that is typed in, chosen neurons, energy: a plot of each, while the run goes on.
+    page.click("#play");
+    page.click("#network [data-path=\"memory\"]");
+    page.value("document.getElementById('output').value = 'memory.output'");
+    page.click("#values");
+    page.click("#expression");
+    page.types("NUT + 0.5 * ~BOLT, NUT * BOLT");
+    page.click("#similar");
+    page.value("{ document.getElementById('from').value = 7; document.getElementById('count').value = 9; }");
+    page.click("#spikes");
+    page.click("#energy");
+    page.until("window.symbolt.page.plots.all.length === 5");
+    page.until("window.symbolt.page.plots.all.every((plot) => plot.rows.length > 3)");
+    page.until("window.symbolt.page.frame.tick > 60");
+    page.click("#play");
+    page.until("window.symbolt.page.frame.mode === 0");
+    page.value(
+        "{ window.saved = []; URL.createObjectURL = (blob) => { blob.text().then((text) => saved.push([blob.type, text])); return 'data:,'; }; }",
+    );
+    page.value("HTMLAnchorElement.prototype.click = function () {}");
+    page.value("document.querySelectorAll('.plot button').forEach((button) => { if (button.textContent !== 'Remove') button.click(); })");
+    page.until("window.saved.length === 10");
+    let saved = page.value("saved");
+    let of = |kind: &str| -> Vec<String> {
+        let all = saved.as_array().unwrap().iter().filter(|one| one[0] == kind);
+        all.map(|one| one[1].as_str().unwrap().to_owned()).collect()
+    };
+    let (tables, drawings) = (of("text/csv"), of("image/svg+xml"));
+    assert!(drawings.len() == 5 && drawings.iter().all(|svg| svg.starts_with("<svg xmlns=")));
+    let mut heads: Vec<&str> = tables.iter().map(|csv| csv.split(',').nth(1).unwrap()).collect();
+    heads.sort_unstable();
+    heads.iter_mut().for_each(|head| *head = head.split('\n').next().unwrap());
+    let energy = ["spikes a second", "synaptic events a second"];
+    assert_eq!(heads, ["0", "NUT + 0.5 * ~BOLT", "neuron", energy[0], energy[1]]);
+    let neurons = tables.iter().find(|csv| csv.starts_with("time_s,neuron")).unwrap();
+    let neurons = neurons.lines().skip(1).map(|row| row.split(',').nth(1).unwrap().parse::<u32>());
+    let neurons: Vec<u32> = neurons.map(Result::unwrap).collect();
+    assert!(!neurons.is_empty() && neurons.iter().all(|neuron| (7..16).contains(neuron)));
     drop(page);
     served.ended();
 }

@@ -132,9 +132,18 @@ impl Devtools {
         }
     }
 
-    /// Writes a picture of the page.
+    /// Writes a picture of what is in view.
     pub fn picture(&mut self, file: &Path) {
-        let answer = self.page("Page.captureScreenshot", json!({ "format": "png" }));
+        self.write(file, json!({ "format": "png" }));
+    }
+
+    /// Writes a picture of the whole page.
+    pub fn whole(&mut self, file: &Path) {
+        self.write(file, json!({ "format": "png", "captureBeyondViewport": true }));
+    }
+
+    fn write(&mut self, file: &Path, how: Value) {
+        let answer = self.page("Page.captureScreenshot", how);
         let bytes = STANDARD.decode(answer["data"].as_str().unwrap()).unwrap();
         std::fs::write(file, bytes).unwrap();
     }

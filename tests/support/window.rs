@@ -8,7 +8,7 @@ use std::sync::mpsc::channel;
 use std::thread::{JoinHandle, spawn};
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use symbolt::prelude::*;
 use symbolt::sim::{Live, LiveOptions};
 use symbolt::view::View;
@@ -70,12 +70,15 @@ pub struct Frame {
     pub mode: u8,
     pub epoch: u32,
     pub tick: f64,
+    pub earliest: f64,
     pub logged: u32,
 }
 
 pub struct Window {
     pub socket: WebSocket<TcpStream>,
     pub hello: Value,
+    /// The last answer of each kind.
+    told: Map<String, Value>,
 }
 
 impl Window {
@@ -93,7 +96,7 @@ impl Window {
         let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
         let (socket, _) = client(request, stream).unwrap();
-        Self { socket, hello: Value::Null }
+        Self { socket, hello: Value::Null, told: Map::new() }
     }
 
     pub fn send(&mut self, what: &Value) {
@@ -105,23 +108,40 @@ impl Window {
         let until = Instant::now() + Duration::from_secs(30);
         while Instant::now() < until {
             if let Message::Text(text) = self.socket.read().unwrap() {
-                let answer: Value = serde_json::from_str(&text).unwrap();
-                if answer.get(kind).is_some() {
-                    return answer[kind].clone();
+                let answer = self.note(&text);
+                if let Some(answer) = answer.get(kind) {
+                    return answer.clone();
                 }
             }
         }
         panic!("no {kind} came");
     }
 
+    fn note(&mut self, text: &str) -> Map<String, Value> {
+        let answer: Map<String, Value> = serde_json::from_str(text).unwrap();
+        self.told.extend(answer.clone());
+        answer
+    }
+
+    /// The last answer of a kind that has been read.
+    pub fn last(&self, kind: &str) -> Option<Value> {
+        self.told.get(kind).cloned()
+    }
+
     /// Reads the next frame with its bytes.
     pub fn frame(&mut self) -> (Frame, Vec<u8>) {
         loop {
-            if let Message::Binary(bytes) = self.socket.read().unwrap() {
+            let message = self.socket.read().unwrap();
+            if let Message::Text(text) = &message {
+                self.note(text);
+            }
+            if let Message::Binary(bytes) = message {
                 assert_eq!(bytes[0], 1, "the layout");
                 let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-                let tick = f64::from_le_bytes(bytes[8..16].try_into().unwrap());
-                let frame = Frame { mode: bytes[1], epoch: word(4), tick, logged: word(44) };
+                let double = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+                let (tick, earliest) = (double(8), double(24));
+                let frame =
+                    Frame { mode: bytes[1], epoch: word(4), tick, earliest, logged: word(44) };
                 return (frame, bytes.to_vec());
             }
         }

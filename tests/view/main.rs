@@ -3,6 +3,7 @@
 // Tests may stop at the first surprise, and so may their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod colours;
 #[path = "../../examples/live_view.rs"]
 mod model;
 mod refusals;

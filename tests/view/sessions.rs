@@ -4,13 +4,16 @@ use std::ops::ControlFlow;
 
 use serde_json::json;
 use symbolt::prelude::*;
+use symbolt::record::RecordingFiles;
 use symbolt::sim::{
-    Checkpoint, Intervention, InterventionLog, Live, LiveOptions, SimView, StopReason,
+    Checkpoint, Intervention, InterventionLog, Live, LiveOptions, Signal, SimView, StopReason,
 };
+use symbolt::task::planner::{Part, Planner, PlannerSpec};
+use symbolt::task::{ActionId, DomainBuilder};
 use symbolt::view::{Driven, View};
 
 use crate::model::{CHOICES, model};
-use crate::window::{Window, parts, samples, served};
+use crate::window::{Window, parts, samples, served, served_by};
 
 fn spiking() -> Simulator {
     model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64).unwrap()
@@ -171,6 +174,155 @@ fn a_memory_silenced_by_hand_gives_the_wrong_decision_and_its_file_repeats_it() 
 }
 
 #[test]
+fn a_gate_that_is_opened_by_hand_acts_as_the_ablation_without_it_and_one_that_is_shut_does_not_act()
+{
+    let domain = DomainBuilder::of_the_paper().build().unwrap();
+    let planner = |without| {
+        let spec = PlannerSpec { without, ..PlannerSpec::default() };
+        Planner::new(&domain, spec, Seed::new(1)).unwrap()
+    };
+    let world = domain.world(["NUT_ON_TABLE", "BOLT_ON_TABLE"]).unwrap();
+    let goal = domain.state("BOLT_ASSEMBLED").unwrap();
+    let within = SimDuration::from_millis(400);
+    let (whole, ablated) = (planner(None), planner(Some(Part::Gate)));
+    let [usual, wrong] =
+        [&whole, &ablated].map(|planner| planner.first_shown(&world, goal, within).unwrap());
+    let named = |shown: Option<(ActionId, f64)>| &*domain[shown.unwrap().0].name;
+    assert_eq!((named(usual), named(wrong)), ("PUT_NUT_IN_JIG", "ASSEMBLE"));
+    let start = || whole.simulator(&world, goal).unwrap();
+    // The tick at which an action is first shown, and its number.
+    let shown = |live: &mut Live| {
+        let of = live.sim().graph().output("planner.actions").unwrap();
+        for tick in 1..=400_u16 {
+            live.step(1).unwrap();
+            let first = live.sim().value_of(of).iter().position(|active| *active > 0.5);
+            if let Some(action) = first {
+                return Some((ActionId::new(action), f64::from(tick)));
+            }
+        }
+        None
+    };
+    let outline = start().graph().outline();
+    let gate = outline.nodes.iter().flat_map(|node| &node.outputs).map(|output| &output.name);
+    let act = gate.into_iter().find(|name| name.ends_with("executive.act")).unwrap();
+    let cases = [
+        (json!({ "clamp": { "output": act, "values": [1.0] } }), wrong),
+        (json!({ "silence": { "at": "planner/motor_gate" } }), None),
+    ];
+    for (by_hand, expected) in cases {
+        let served = served(start());
+        let mut window = served.window();
+        window.send(&json!({ "do": by_hand }));
+        window.goes(&json!({ "step": { "ticks": 400 } }), 400);
+        let live = served.ended();
+        let log = InterventionLog::parse(&live.log().to_string()).unwrap();
+        let mut again = Live::new(start(), LiveOptions::default()).unwrap();
+        again.follow(&log).unwrap();
+        assert_eq!(shown(&mut again), expected, "{by_hand}");
+        again.seek(400).unwrap();
+        assert!(again.sim().checkpoint().unwrap() == live.sim().checkpoint().unwrap());
+    }
+}
+
+#[test]
+fn a_run_that_can_go_back_less_far_than_to_its_start_says_so() {
+    let mut view = View::bind().unwrap();
+    let (port, token) = parts(view.address());
+    let room = 3 * spiking().checkpoint().unwrap().bytes();
+    let run = std::thread::spawn(move || {
+        let options = LiveOptions { memory_bytes: room, spacing_ticks: 10 };
+        let mut live = Live::new(spiking(), options).unwrap();
+        let stop = |_: SimView<'_>| ControlFlow::Continue(());
+        // A branch begins later than its run, and so does what it can go back to.
+        live.step(100).unwrap();
+        let mark = live.mark().unwrap();
+        let config = RunConfig::seeded(Seed::new(1));
+        let mut branch = live.branch(&mark, config, options).unwrap();
+        assert_eq!(view.drive(&mut branch, stop).unwrap(), Driven::Ended);
+        branch.memory_bytes()
+    });
+    let mut window = Window::opened(port, &token);
+    window.send(&json!({ "step": { "ticks": 300 } }));
+    assert_eq!(window.stands_at(400).0.earliest, 100.0);
+    window.send(&json!({ "back": { "ticks": 350 } }));
+    let said = window.answer("refused");
+    let expected = "the run can go back to tick 100 at the earliest, not to tick 50";
+    assert_eq!(said, json!(expected));
+    window.goes(&json!({ "seek": { "tick": 100 } }), 100);
+    window.send(&json!({ "end": {} }));
+    assert!(run.join().unwrap() <= room);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_under_the_log_is_told_at_once_and_the_run_goes_on() {
+    let mut view = View::bind().unwrap().with_log(std::path::Path::new("/dev/full")).unwrap();
+    let (port, token) = parts(view.address());
+    let run = std::thread::spawn(move || {
+        let live = view.serve(Live::new(spiking(), LiveOptions::default()).unwrap()).unwrap();
+        (live.tick(), view.log_fault().map(|fault| fault.kind()))
+    });
+    let mut window = Window::opened(port, &token);
+    assert_eq!(window.answer("standing")["faults"], json!([]));
+    window.send(&json!({ "do": { "silence": { "at": "memory" } } }));
+    let faults = loop {
+        let told = window.answer("standing")["faults"].clone();
+        if told != json!([]) {
+            break told;
+        }
+    };
+    let said = faults[0].as_str().unwrap();
+    assert!(said.starts_with("the log can no longer be written: No space left"), "{said}");
+    window.goes(&json!({ "step": { "ticks": 20 } }), 20);
+    window.send(&json!({ "end": {} }));
+    assert_eq!(run.join().unwrap(), (20, Some(std::io::ErrorKind::StorageFull)));
+}
+
+#[test]
+fn what_probes_record_is_streamed_and_goes_back_with_the_run() {
+    let recorded = || {
+        let mut graph = GraphBuilder::new();
+        let wave = |time: f64, out: &mut [f32]| out[0] = (60.0 * time).sin() as f32;
+        let wave = graph.add("wave", Signal::vector(1, wave));
+        let layer = graph.add("layer", Ensemble::new(1).identity("x"));
+        graph.connect(&wave, &layer.input, Synapse::lowpass_ms(5));
+        graph.probe(&layer.output("x"), ProbeSpec::default());
+        graph.probe_spikes("layer");
+        let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+        graph.start(&plan, Seed::new(1)).unwrap()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let [one, two] = ["one", "two"].map(|name| folder.path().join(name));
+    [&one, &two].iter().for_each(|folder| std::fs::create_dir(folder).unwrap());
+    let sim = recorded();
+    let view = View::bind().unwrap().with_recordings(RecordingFiles::create(&one, &sim).unwrap());
+    let served = served_by(view, sim);
+    let mut window = served.window();
+    window.goes(&json!({ "step": { "ticks": 1_500 } }), 1_500);
+    window.goes(&json!({ "back": { "ticks": 700 } }), 800);
+    window.goes(&json!({ "step": { "ticks": 30 } }), 830);
+    window.goes(&json!({ "back": { "ticks": 10 } }), 820);
+    window.goes(&json!({ "step": { "ticks": 1_300 } }), 2_120);
+    let live = served.ended();
+    let kept = live.sim().recordings().values().map(|(_, samples)| samples.len()).sum::<usize>();
+    assert_eq!(kept, 0, "memory is free");
+    let mut alone = recorded();
+    let mut files = RecordingFiles::create(&two, &alone).unwrap();
+    alone.run_for(SimDuration::from_millis(2_120)).unwrap();
+    files.take(&mut alone).unwrap();
+    let read = |folder: &std::path::Path| {
+        let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+        let mut files: Vec<_> = files.collect();
+        files.sort();
+        files.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>()
+    };
+    let (watched, alone) = (read(&one), read(&two));
+    assert_eq!(watched.iter().map(Vec::len).collect::<Vec<_>>().len(), 4);
+    assert!(watched.iter().all(|file| file.len() > 1_000));
+    assert!(watched == alone);
+}
+
+#[test]
 fn a_goal_is_typed_as_an_expression_and_noise_and_releases_are_logged() {
     let served = served(spiking());
     let mut window = served.window();
@@ -248,12 +400,21 @@ fn a_read_only_run_starts_with_its_first_window_and_is_over_without_one() {
 fn ten_windows_watch_and_the_eleventh_is_told_why_not() {
     let served = served(spiking());
     let mut windows: Vec<_> = (0..10).map(|_| served.window()).collect();
+    for (key, window) in windows.iter_mut().enumerate() {
+        let what = json!({ "values": { "output": "memory.output", "count": key + 1 } });
+        window.send(&json!({ "plot": { "key": key, "what": what } }));
+        window.answer("plotted");
+    }
     let mut eleventh = served.unknown();
     eleventh.send(&json!({ "token": served.token }));
     assert_eq!(eleventh.closed(), "ten windows are open already");
-    windows[0].goes(&json!({ "step": { "ticks": 30 } }), 30);
-    for window in &mut windows[1..] {
-        window.stands_at(30);
+    windows[0].send(&json!({ "step": { "ticks": 30 } }));
+    for (key, window) in windows.iter_mut().enumerate() {
+        // Each is sent its own plot alone.
+        let (_, bytes) = window.stands_at(30);
+        assert_eq!(bytes[2..4], [1, 0]);
+        let (ticks, values) = samples(&bytes);
+        assert!(!ticks.is_empty() && values.len() == ticks.len() * (key + 1));
     }
     windows.pop();
     drop(eleventh);

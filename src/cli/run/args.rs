@@ -48,6 +48,10 @@ pub(crate) struct RunArgs {
     /// ticks; they are made in the recorded episode
     #[arg(verbatim_doc_comment, long, value_name = "FILE")]
     pub interventions: Option<PathBuf>,
+    /// New folder for what the planner's modules show in every tick of the
+    /// recorded episode, as .npy files that grow with it
+    #[arg(verbatim_doc_comment, long, value_name = "FOLDER")]
+    pub stream: Option<PathBuf>,
     #[command(flatten)]
     pub planner: PlannerArgs,
     /// Folder to write; it must not hold a run

@@ -3,6 +3,7 @@
 mod args;
 mod figures;
 mod folder;
+mod stream;
 #[cfg(feature = "view")]
 mod view;
 
@@ -33,6 +34,7 @@ use symbolt::task::{Recorder, Snapshot, TaskError};
 
 pub(super) use self::args::{RunArgs, ViewArgs};
 use self::figures::Figures;
+use self::stream::Stream;
 #[cfg(feature = "view")]
 pub(super) use self::view::view;
 use super::end::{BadArgument, Outcome};
@@ -60,6 +62,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let spec = episode_spec(args)?;
     use_threads(&args.common)?;
     ranks::check_alike(None)?;
+    let stream = args.stream.as_deref().filter(|_| rank::leads());
+    stream.map_or(Ok(()), stream::checked)?;
     let folder = rank::leads().then(|| folder::open(args)).transpose()?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
@@ -355,7 +359,15 @@ fn episodes(
         let (over, activity) = match runner.prepared(chosen) {
             Ok(prepared) => {
                 let mut activity = ActivityRecorder::new(prepared.planner().clone());
-                (traced(prepared, chosen, vec![&mut line, &mut activity])?, activity)
+                let folder = runner.args.stream.as_deref().filter(|_| rank::leads());
+                let mut stream = folder.map(|folder| Stream::new(folder, prepared.planner()));
+                let mut all: Vec<&mut dyn Observer> = vec![&mut line, &mut activity];
+                all.extend(stream.iter_mut().map(|stream| stream as &mut dyn Observer));
+                let ran = traced(prepared, chosen, all)?;
+                if let Some(stream) = stream {
+                    stream.end(f64::INFINITY);
+                }
+                (ran, activity)
             }
             Err(why @ TaskError::Problem { .. }) => {
                 // The page shows the scene as it was.

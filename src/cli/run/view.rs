@@ -10,7 +10,7 @@ use symbolt::task::event::{Decided, Doing, Ignore};
 use symbolt::task::execute::{Driver, EpisodeWorld, PreparedEpisode, RECOMPILE};
 use symbolt::view::{Driven, View};
 
-use super::{Runner, ViewArgs, check, episode_spec, of_interventions, scene_seed, teach};
+use super::{Runner, Stream, ViewArgs, check, episode_spec, of_interventions, scene_seed, teach};
 use crate::cli::config;
 use crate::cli::end::{BadArgument, Outcome};
 use crate::cli::options::unused;
@@ -27,6 +27,7 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
     }
     ensure!(args.out.is_none(), unused("--out", "`symbolt run`"));
     check(args)?;
+    args.stream.as_deref().map_or(Ok(()), super::stream::checked)?;
     let same = |a: &Path, b: &Path| {
         let both = a.canonicalize().ok().zip(b.canonicalize().ok());
         both.is_some_and(|(a, b)| a == b)
@@ -64,14 +65,22 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
     };
     let view = with_planner(view.titled(spec.task.name()), &prepared)
         .with_scene(json!(Outline::of(&scene)), poses)
-        .with_events(happened);
+        .with_events(happened)
+        .with_list(decided);
     drop(progress);
     match args.common.json {
         true => emit(json!({ "address": view.address() }))?,
         false => emit(format!("Open {}", view.address()))?,
     }
-    let mut window = Window { view, log: None, ended: false };
-    let driven = prepared.run_driven(&mut Ignore, &mut window);
+    let mut window = Window { view, log: None, end_s: 0.0, ended: false };
+    let mut stream = args.stream.as_deref().map(|to| Stream::new(to, prepared.planner()));
+    let driven = match &mut stream {
+        Some(stream) => prepared.run_driven(stream, &mut window),
+        None => prepared.run_driven(&mut Ignore, &mut window),
+    };
+    if let Some(stream) = stream {
+        stream.end(window.end_s);
+    }
     let made = window.log.unwrap_or_default();
     // A run that failed is worth repeating as well. A file has been written as the run went on.
     if let Some(place @ Place::Stdout) = &log {
@@ -138,9 +147,19 @@ fn happened(view: &SimView<'_>, text: &mut String) -> u32 {
     u32::try_from(world.decisions().len()).unwrap_or(u32::MAX)
 }
 
+/// Returns a decision in words, by its number.
+fn decided(view: &SimView<'_>, number: u32) -> Option<String> {
+    let decided = EpisodeWorld::of(view.world())?.decisions().get(number as usize)?;
+    let time_s = decided.asked_s + decided.took_ms / 1e3;
+    let words = decided.done_in_words().unwrap_or_else(|| "no action".into());
+    Some(format!("{time_s:.3} s: {words}"))
+}
+
 /// The windows of an episode.
 struct Window {
     view: View,
+    /// Where the first planner graph ended, in seconds.
+    end_s: f64,
     /// The interventions in the first planner graph.
     log: Option<InterventionLog>,
     /// Whether a window ended the run before its end.
@@ -188,6 +207,7 @@ impl Driver for Window {
         let goes_on = self.goes_on(live, stop);
         match self.log {
             None => {
+                self.end_s = live.sim().time_s();
                 self.log = Some(live.log());
                 // Interventions in another graph are not repeated.
                 self.view.end_log();

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::graph::Graph;
 use crate::sim::describe::synapse::Synapse;
+use crate::sim::real::Real;
 
 /// A graph as data. Nodes stand in the order in which they emit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -51,6 +52,9 @@ pub struct EdgeOutline {
     pub input: String,
     /// Its synapse, such as `5 ms`; empty for none.
     pub synapse: String,
+    /// The number by which what it carries is multiplied, if the node that it enters has one for this input.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<Real>,
 }
 
 impl Graph {
@@ -92,6 +96,7 @@ impl Graph {
                 Synapse::None => String::new(),
                 via => via.to_string(),
             },
+            weight: self.bodies[edge.to.0].weight(edge.to.1),
         });
         GraphOutline { nodes: nodes.collect(), edges: edges.collect(), dt_s: self.time.dt_s() }
     }

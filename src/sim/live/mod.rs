@@ -179,6 +179,11 @@ impl Live {
         &self.sim
     }
 
+    /// Deletes what the probes have recorded, after it was written elsewhere.
+    pub fn clear_recordings(&mut self) {
+        self.sim.clear_recordings();
+    }
+
     /// Ends the live run and returns the simulator as it stands.
     pub fn into_simulator(self) -> Simulator {
         self.sim

@@ -11,16 +11,12 @@ use crate::sim::run::simulator::Simulator;
 const MOST: usize = 1_024;
 
 struct Saved {
+    /// The checkpoint's tick, here as well: to thin out a full ring all are looked at.
+    tick: u64,
     checkpoint: Arc<Checkpoint>,
     /// Number of logged interventions made before.
     made: usize,
     bytes: usize,
-}
-
-impl Saved {
-    fn tick(&self) -> u64 {
-        self.checkpoint.tick()
-    }
 }
 
 /// Checkpoints by rising tick.
@@ -43,7 +39,7 @@ impl Ring {
     }
 
     pub fn earliest(&self) -> Option<u64> {
-        self.saved.first().map(Saved::tick)
+        self.saved.first().map(|saved| saved.tick)
     }
 
     /// Returns the next tick after `tick` at which a checkpoint is due.
@@ -56,7 +52,7 @@ impl Ring {
 
     /// Returns the latest checkpoint of a tick up to `tick`, with the number of interventions made before.
     pub fn at_or_before(&self, tick: u64) -> Option<(Arc<Checkpoint>, usize)> {
-        let after = self.saved.partition_point(|saved| saved.tick() <= tick);
+        let after = self.saved.partition_point(|saved| saved.tick <= tick);
         let saved = &self.saved[after.checked_sub(1)?];
         Some((saved.checkpoint.clone(), saved.made))
     }
@@ -71,8 +67,8 @@ impl Ring {
     /// Saves the run, unless there is a checkpoint of its tick or no room for one.
     pub fn save(&mut self, sim: &Simulator, made: usize) -> Result<(), SimError> {
         let tick = sim.tick();
-        let at = self.saved.partition_point(|saved| saved.tick() < tick);
-        if self.saved.get(at).is_some_and(|saved| saved.tick() == tick) {
+        let at = self.saved.partition_point(|saved| saved.tick < tick);
+        if self.saved.get(at).is_some_and(|saved| saved.tick == tick) {
             return Ok(());
         }
         // Room is made first, so that the new one does not add to a full ring.
@@ -91,8 +87,8 @@ impl Ring {
             return Ok(());
         }
         self.thin(self.most_bytes - bytes, MOST - 1, tick);
-        let at = self.saved.partition_point(|saved| saved.tick() < tick);
-        self.saved.insert(at, Saved { checkpoint, made, bytes });
+        let at = self.saved.partition_point(|saved| saved.tick < tick);
+        self.saved.insert(at, Saved { tick, checkpoint, made, bytes });
         self.bytes += bytes;
         Ok(())
     }
@@ -106,13 +102,14 @@ impl Ring {
     /// absence makes the least gap, compared with its distance from `now`; the first goes last.
     fn thin(&mut self, bytes: usize, count: usize, now: u64) {
         while self.bytes > bytes || self.saved.len() > count {
-            let gap = |at: &usize| {
-                let after = self.saved.get(at + 1).map_or(now, Saved::tick);
-                let gap = after.abs_diff(self.saved[at - 1].tick()) as f64;
-                gap / (now.abs_diff(self.saved[*at].tick()) as f64 + self.spacing as f64)
+            let gap = |at: usize| {
+                let after = self.saved.get(at + 1).map_or(now, |saved| saved.tick);
+                let gap = after.abs_diff(self.saved[at - 1].tick) as f64;
+                gap / (now.abs_diff(self.saved[at].tick) as f64 + self.spacing as f64)
             };
-            let least = (1..self.saved.len()).min_by(|a, b| gap(a).total_cmp(&gap(b)));
-            let gone = self.saved.remove(least.unwrap_or(0));
+            let gaps = (1..self.saved.len()).map(|at| (gap(at), at));
+            let least = gaps.min_by(|(a, _), (b, _)| a.total_cmp(b));
+            let gone = self.saved.remove(least.map_or(0, |(_, at)| at));
             self.bytes -= gone.bytes;
         }
     }
@@ -128,16 +125,16 @@ impl Ring {
 
     /// Forgets what lies after `tick`, because other interventions will lead there.
     pub fn forget_after(&mut self, tick: u64) {
-        self.retain(|saved| saved.tick() <= tick);
+        self.retain(|saved| saved.tick <= tick);
     }
 
     /// Keeps the checkpoints on the path of `new`, a log that leads to `tick`, of those on the path of `old`.
     pub fn keep_path(&mut self, old: &[Logged], new: &[Logged], tick: u64) {
         let common = old.iter().zip(new).take_while(|(old, new)| old == new).count();
         self.retain(|saved| {
-            saved.tick() <= tick
+            saved.tick <= tick
                 && saved.made <= common
-                && new[saved.made..].iter().all(|next| next.tick >= saved.tick())
+                && new[saved.made..].iter().all(|next| next.tick >= saved.tick)
         });
     }
 }

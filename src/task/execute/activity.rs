@@ -1,11 +1,14 @@
-//! An observer that records the planner graph's activity over an episode: the contents of its modules, and a
+//! Observers that record the planner graph's activity over an episode: the contents of its modules, and a
 //! spike raster.
 //!
-//! While the graph decides, it samples the modules every 2 ms and the spikes in every tick. While the robot
-//! moves, it samples the modules every 40 ms and no spikes.
+//! While the graph decides, [`ActivityRecorder`] samples the modules every 2 ms and the spikes in every tick. While the robot
+//! moves, it samples the modules every 40 ms and no spikes. [`ActivityFiles`] writes every tick of the modules to disk.
 
+use std::io;
+use std::path::Path;
 use std::sync::Arc;
 
+use crate::record::RowFiles;
 use crate::sim::{EventSource, Real, SimView};
 use crate::task::event::{Doing, Event, Observer};
 use crate::task::planner::{Decider, Shows};
@@ -122,6 +125,71 @@ impl Observer for ActivityRecorder {
     fn observe(&mut self, event: &Event<'_>) {
         if let Event::Ticked { view, doing } = event {
             self.sample(view, *doing);
+        }
+    }
+}
+
+/// Writes what the modules of a planner graph show to `.npy` files that grow, in every tick ([`RowFiles`]), so that memory stays
+/// bounded however long the episode is. `columns.json` has the names of the numbers of each module.
+///
+/// If the run goes back, the files do so with the next tick. A graph over a problem that was compiled anew is not written.
+pub struct ActivityFiles {
+    planner: Arc<dyn Decider>,
+    files: RowFiles,
+    row: Vec<Real>,
+    fault: Option<io::Error>,
+}
+
+impl ActivityFiles {
+    /// Creates the files in a folder.
+    ///
+    /// # Errors
+    /// If the folder does not exist, or already has such a file.
+    pub fn create(folder: &Path, planner: Arc<dyn Decider>) -> io::Result<Self> {
+        let modules = planner.modules();
+        let columns: serde_json::Map<String, serde_json::Value> =
+            modules.iter().map(|m| (m.name.into(), m.names.clone().into())).collect();
+        let lists = modules.iter().map(|module| (module.name, module.names.len()));
+        let files = RowFiles::create(folder, lists)?;
+        let text = format!("{:#}\n", serde_json::Value::Object(columns));
+        std::fs::write(folder.join("columns.json"), text)?;
+        let row = vec![0.0; modules.iter().map(|module| module.names.len()).sum()];
+        Ok(Self { planner, files, row, fault: None })
+    }
+
+    /// Writes what waits, and ends the files at a time in seconds: a run that has gone back may end before the last row.
+    ///
+    /// # Errors
+    /// Why a file could not be written to its end.
+    pub fn finish(mut self, time_s: f64) -> io::Result<()> {
+        match self.fault.take() {
+            Some(fault) => Err(fault),
+            None => self.files.cut(time_s),
+        }
+    }
+
+    /// Returns why the files could not be written, if they could not. Nothing more is written then.
+    pub fn fault(&self) -> Option<&io::Error> {
+        self.fault.as_ref()
+    }
+
+    fn sample(&mut self, view: &SimView<'_>) -> io::Result<()> {
+        let mut from = 0;
+        for module in self.planner.modules() {
+            let to = from + module.names.len();
+            module.read(view, &mut self.row[from..to]);
+            from = to;
+        }
+        self.files.push(view.time().as_millis_f64() / 1e3, &self.row)
+    }
+}
+
+impl Observer for ActivityFiles {
+    fn observe(&mut self, event: &Event<'_>) {
+        if let Event::Ticked { view, .. } = event
+            && self.fault.is_none()
+        {
+            self.fault = self.sample(view).err();
         }
     }
 }

@@ -92,7 +92,7 @@ use crate::task::error::TaskError;
 use crate::task::recording::Sensing;
 pub use crate::task::tasks::Perturbation;
 use crate::task::tasks::{self, Task};
-pub use activity::{ActivityRecorder, ModuleSamples};
+pub use activity::{ActivityFiles, ActivityRecorder, ModuleSamples};
 pub use demonstrate::{
     Demonstrated, FailedMove, Unsolved, demonstrate, demonstrate_observed, demonstrate_sensed,
 };

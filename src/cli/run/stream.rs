@@ -1,0 +1,68 @@
+//! `--stream`: what the planner's modules show, written to disk while the recorded episode goes on.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Error, bail};
+use symbolt::task::event::{Event, Observer};
+use symbolt::task::execute::ActivityFiles;
+use symbolt::task::planner::Decider;
+
+use crate::cli::end::BadArgument;
+use crate::cli::output::{not_standard_output, warn};
+
+/// Creates the folder, if it is not there. Commands call it before they do any work.
+///
+/// # Errors
+/// If it cannot be created, or is not empty.
+pub(super) fn checked(folder: &Path) -> Result<(), Error> {
+    not_standard_output(folder)?;
+    let shown = folder.display();
+    std::fs::create_dir_all(folder).with_context(|| format!("--stream {shown}"))?;
+    let mut files = std::fs::read_dir(folder).with_context(|| format!("--stream {shown}"))?;
+    if files.next().is_some() {
+        bail!(BadArgument(format!("--stream {shown}: has files already; name a new folder")));
+    }
+    Ok(())
+}
+
+/// Writes to the folder, and says at once if it cannot.
+pub(super) struct Stream {
+    folder: PathBuf,
+    files: Option<ActivityFiles>,
+}
+
+impl Stream {
+    pub fn new(folder: &Path, planner: &Arc<dyn Decider>) -> Self {
+        let mut own = Self { folder: folder.into(), files: None };
+        match ActivityFiles::create(folder, planner.clone()) {
+            Ok(files) => own.files = Some(files),
+            Err(fault) => own.tell(&fault),
+        }
+        own
+    }
+
+    /// Ends the files at a time, in seconds.
+    pub fn end(mut self, time_s: f64) {
+        if let Some(files) = self.files.take()
+            && let Err(fault) = files.finish(time_s)
+        {
+            self.tell(&fault);
+        }
+    }
+
+    fn tell(&self, fault: &dyn std::fmt::Display) {
+        warn(&format!("--stream {}: can no longer be written: {fault}", self.folder.display()));
+    }
+}
+
+impl Observer for Stream {
+    fn observe(&mut self, event: &Event<'_>) {
+        let Some(files) = &mut self.files else { return };
+        files.observe(event);
+        if let Some(fault) = files.fault().map(ToString::to_string) {
+            self.tell(&fault);
+            self.files = None;
+        }
+    }
+}
