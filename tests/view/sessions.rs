@@ -317,7 +317,7 @@ fn what_probes_record_is_streamed_and_goes_back_with_the_run() {
         files.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>()
     };
     let (watched, alone) = (read(&one), read(&two));
-    assert_eq!(watched.iter().map(Vec::len).collect::<Vec<_>>().len(), 4);
+    assert_eq!(watched.len(), 4);
     assert!(watched.iter().all(|file| file.len() > 1_000));
     assert!(watched == alone);
 }
