@@ -51,7 +51,7 @@ fn session(number: u64) -> Demonstration {
     }
     camera.look(jigs, jig);
     camera.snap(SnapshotEvent::Start, None);
-    let mut placed = |camera: &mut Camera, object: usize, at: [f64; 3]| {
+    let placed = |camera: &mut Camera, object: usize, at: [f64; 3]| {
         camera.snap(SnapshotEvent::Contact, Some(object));
         camera.look(object, at);
         camera.snap(SnapshotEvent::Release, Some(object));
