@@ -59,11 +59,12 @@ class Episode {
       && other.needs.some((need) => fresh.includes(need)));
     const said = [];
     // Of a term that counts objects, one step brings one.
-    const term = (fact) => (/^(every|at least) /.test(this.names.say(fact)) ? `one step towards “${this.names.say(fact)}”` : this.names.say(fact));
-    if (goals.length) said.push(`a part of the goal: ${goals.slice(0, 3).map(term).join("; ")}`);
+    const term = (fact) => (countsObjects(this.names.say(fact)) ? `one step towards “${this.names.say(fact)}”` : this.names.say(fact));
+    if (goals.length) said.push(`a part of the goal: ${goals.map(term).join("; ")}`);
     if (later >= 0) {
       const needed = this.acts[later].needs.filter((need) => fresh.includes(need));
-      const others = needed.filter((need) => !goals.includes(need));
+      const reached = goals.map((fact) => this.names.say(fact));
+      const others = needed.filter((need) => !goals.includes(need) && !reached.includes(this.names.say(need)));
       const by = `which decision ${later + 1} needs (${this.acts[later].words})`;
       if (others.length || !said.length) said.push(`${this.names.list(this.names.shown(others), 3)}, ${by}`);
       else said[0] += `, ${by}`;

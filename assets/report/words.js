@@ -83,3 +83,5 @@ function detourInWords(recovery, names) {
   return orders[recovery?.kind];
 }
 
+// Whether a term of a goal, in words, counts objects.
+const countsObjects = (term) => /^(every|at least) /.test(term);

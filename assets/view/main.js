@@ -101,7 +101,7 @@ class LivePage {
     if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene, this.session);
     byId("until").hidden = !hello.events;
     byId("energy").hidden = neurons === 0;
-    byId("events").hidden = !hello.events;
+    byId("events").hidden = !hello.listed;
     this.plots.again();
     document.documentElement.dataset.ready = "yes";
   }
@@ -171,7 +171,7 @@ class LivePage {
 
   // The latest event first.
   list(events) {
-    byId("events").querySelector("ol").replaceChildren(...events.toReversed().map((text) => make("li", text)));
+    byId("events").querySelector("ul").replaceChildren(...events.toReversed().map((text) => make("li", text)));
   }
 
   log({ count, last }) {

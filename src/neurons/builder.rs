@@ -111,8 +111,11 @@ pub(super) struct PointerDraw {
 impl PointerDraw {
     /// For a value that is passed on.
     const FLOW: Self = Self { points: 1, norms: [0.0, POINTER_ROOM], mirrored: false };
-    /// For a value that is fed back. A memory drifts by the error of its decoding (Eliasmith and Anderson 2003, section
-    /// 8.2), so its norms are those that it holds.
+    /// For a value that is fed back, and decays.
+    pub const FED: Self =
+        Self { points: 3, norms: [0.4 * POINTER_ROOM, POINTER_ROOM], mirrored: false };
+    /// For a value that is kept. A memory drifts by the error of its decoding (Eliasmith and Anderson 2003, section 8.2), so
+    /// its norms are those that it holds.
     pub const MEMORY: Self = Self { points: 3, norms: [0.88, 1.1], mirrored: true };
 }
 
@@ -224,6 +227,8 @@ impl PopulationBuilder<'_> {
         let neurons = tuning.count(tuning.per_dimension as f64 * dims as f64)?;
         let (ensembles, hadamard) = (width / dims, tuning.encoders.are_hadamard(dims));
         let shape = Shape { ensembles, neurons, dims, outputs: dims, hadamard };
+        // A fast transform takes the place of Hadamard encoders, which have no mirror images.
+        let draw = if draw.mirrored && hadamard { PointerDraw::FED } else { draw };
         // Usual norm of a part of a unit pointer. The ensemble represents norms up to 1.2 times that.
         let usual = (dims as f64 / width as f64).sqrt();
         let ball = radius * usual * POINTER_ROOM;
@@ -238,8 +243,7 @@ impl PopulationBuilder<'_> {
         self.bank((shape, partition), "pointer", &marks, move |_, seed| {
             let mut rng = seed.rng();
             let mut neurons = spec.directions(&shape, &mut rng)?;
-            // A fast transform takes the place of Hadamard encoders, which stay as they are.
-            if mirrored && !hadamard {
+            if mirrored {
                 neurons.mirror();
             }
             let mut values = vec![0.0; points * dims];

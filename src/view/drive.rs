@@ -173,6 +173,7 @@ impl View {
             "readings": readings,
             "read_only": self.hub.read_only,
             "events": self.events.is_some(),
+            "listed": self.describe.is_some(),
             "scene": self.scene.as_ref().map(|scene| &scene.outline),
         })
     }

@@ -241,11 +241,12 @@ fn a_page_shows_any_graph() {
     let graph = &data["graph"];
     let nodes = graph["nodes"].as_array().unwrap();
     assert_eq!(nodes.len(), sim.graph().node_count());
-    assert!(nodes.contains(&serde_json::json!(["state/population", 32, 1600])), "{graph}");
+    let population = serde_json::json!({"path": "state/population", "neurons": 1600, "source": false, "outputs": [{"name": "state/population.out", "width": 32}]});
+    assert!(nodes.contains(&population), "{graph}");
     let edges = graph["edges"].as_array().unwrap();
     assert_eq!(edges.len(), sim.graph().edge_count());
     assert!(
-        edges.iter().any(|edge| edge[2].as_str().is_some_and(|via| via.ends_with("ms"))),
+        edges.iter().any(|edge| edge["synapse"].as_str().is_some_and(|via| via.ends_with("ms"))),
         "{graph}"
     );
     assert_eq!(data["simulated_s"], 0.06);

@@ -62,9 +62,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let spec = episode_spec(args)?;
     use_threads(&args.common)?;
     ranks::check_alike(None)?;
+    let folder = rank::leads().then(|| folder::open(args)).transpose()?;
     let stream = args.stream.as_deref().filter(|_| rank::leads());
     stream.map_or(Ok(()), stream::checked)?;
-    let folder = rank::leads().then(|| folder::open(args)).transpose()?;
     let begun = Instant::now();
     let progress = Progress::new(&args.common);
     let (shown, learned) = match teach(args, &spec, &progress)? {
@@ -363,11 +363,12 @@ fn episodes(
                 let mut stream = folder.map(|folder| Stream::new(folder, prepared.planner()));
                 let mut all: Vec<&mut dyn Observer> = vec![&mut line, &mut activity];
                 all.extend(stream.iter_mut().map(|stream| stream as &mut dyn Observer));
-                let ran = traced(prepared, chosen, all)?;
+                let ran = traced(prepared, chosen, all);
+                // What came before a fault is what is wanted then.
                 if let Some(stream) = stream {
                     stream.end(f64::INFINITY);
                 }
-                (ran, activity)
+                (ran?, activity)
             }
             Err(why @ TaskError::Problem { .. }) => {
                 // The page shows the scene as it was.

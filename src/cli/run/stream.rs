@@ -9,15 +9,17 @@ use symbolt::task::execute::ActivityFiles;
 use symbolt::task::planner::Decider;
 
 use crate::cli::end::BadArgument;
-use crate::cli::output::{not_standard_output, warn};
+use crate::cli::output::warn;
 
 /// Creates the folder, if it is not there. Commands call it before they do any work.
 ///
 /// # Errors
 /// If it cannot be created, or is not empty.
 pub(super) fn checked(folder: &Path) -> Result<(), Error> {
-    not_standard_output(folder)?;
     let shown = folder.display();
+    if folder == Path::new("-") || folder.is_file() {
+        bail!(BadArgument(format!("--stream {shown}: must be a folder; name a new one")));
+    }
     std::fs::create_dir_all(folder).with_context(|| format!("--stream {shown}"))?;
     let mut files = std::fs::read_dir(folder).with_context(|| format!("--stream {shown}"))?;
     if files.next().is_some() {
@@ -37,7 +39,7 @@ impl Stream {
         let mut own = Self { folder: folder.into(), files: None };
         match ActivityFiles::create(folder, planner.clone()) {
             Ok(files) => own.files = Some(files),
-            Err(fault) => own.tell(&fault),
+            Err(fault) => own.tell("cannot", &fault),
         }
         own
     }
@@ -47,12 +49,12 @@ impl Stream {
         if let Some(files) = self.files.take()
             && let Err(fault) = files.finish(time_s)
         {
-            self.tell(&fault);
+            self.tell("can no longer", &fault);
         }
     }
 
-    fn tell(&self, fault: &dyn std::fmt::Display) {
-        warn(&format!("--stream {}: can no longer be written: {fault}", self.folder.display()));
+    fn tell(&self, can: &str, fault: &dyn std::fmt::Display) {
+        warn(&format!("--stream {}: {can} be written: {fault}", self.folder.display()));
     }
 }
 
@@ -61,7 +63,7 @@ impl Observer for Stream {
         let Some(files) = &mut self.files else { return };
         files.observe(event);
         if let Some(fault) = files.fault().map(ToString::to_string) {
-            self.tell(&fault);
+            self.tell("can no longer", &fault);
             self.files = None;
         }
     }

@@ -30,8 +30,10 @@ pub struct Represent {
 enum Memory {
     /// Nothing.
     No,
-    /// Decoders and neurons for a value that is fed back.
+    /// Decoders for a value that is fed back.
     Fed,
+    /// Decoders and neurons for a value that is kept.
+    Kept,
     /// An ensemble for each component.
     Split,
 }
@@ -75,11 +77,19 @@ impl Represent {
         self
     }
 
-    /// States that the value is fed back to the input. A memory drifts by the error of its decoding (Eliasmith and Anderson
-    /// 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points, of norms near the
-    /// radius, and its neurons come in pairs of opposite encoders.
+    /// States that the value is fed back to the input, with a weight below 1: it decays. The decoders of a pointer are then
+    /// solved from more evaluation points.
     pub fn fed_back(mut self) -> Self {
         self.memory = Memory::Fed;
+        self
+    }
+
+    /// States that the value is fed back to the input with the weight 1. A memory drifts by the error of its decoding (Eliasmith
+    /// and Anderson 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points, of norms
+    /// near the radius, and its neurons come in pairs of opposite encoders, unless these are Hadamard encoders. Far below the
+    /// radius it is decoded worse: what is empty drifts.
+    pub fn kept(mut self) -> Self {
+        self.memory = Memory::Kept;
         self
     }
 
@@ -160,7 +170,8 @@ impl Layer for Represent {
         let split = self.memory == Memory::Split;
         let ensembles = if self.input.is_pointer() && !split {
             match self.memory {
-                Memory::Fed => builder.pointer_from(width, radius, PointerDraw::MEMORY)?,
+                Memory::Fed => builder.pointer_from(width, radius, PointerDraw::FED)?,
+                Memory::Kept => builder.pointer_from(width, radius, PointerDraw::MEMORY)?,
                 _ => builder.pointer(width, radius)?,
             }
         } else {

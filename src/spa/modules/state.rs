@@ -31,7 +31,8 @@ impl<V: VocabTag> State<V> {
     /// Feeds the value back with weight 1 through `synapse`. The population then keeps the value when the input ends.
     ///
     /// The population integrates its input. An input that lasts as long as the time constant of the synapse is stored
-    /// with its full norm.
+    /// with its full norm. In spikes, what is stored keeps a cosine of about .83 for 2 s at 64 dimensions, and a memory into
+    /// which nothing was written drifts to a norm of about .7 in that time: [`retention`](Self::retention) below 1 forgets.
     pub fn recurrent(mut self, synapse: Synapse) -> Self {
         self.recurrent = Some(synapse);
         self
@@ -84,7 +85,7 @@ impl<V: VocabTag> Module for State<V> {
     fn expand(self, scope: &mut Scope<'_>) -> Ports<Pointer<V>> {
         let mut layer = population(&self.space, self.radius);
         if self.recurrent.is_some() {
-            layer = layer.fed_back();
+            layer = if self.retention == 1.0 { layer.kept() } else { layer.fed_back() };
         }
         let held: Ports<Pointer<V>> = scope.represent("population", layer);
         let output = scope.add("output", Add::pointer(&self.space));

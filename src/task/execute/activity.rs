@@ -132,10 +132,13 @@ impl Observer for ActivityRecorder {
 /// Writes what the modules of a planner graph show to `.npy` files that grow, in every tick ([`RowFiles`]), so that memory stays
 /// bounded however long the episode is. `columns.json` has the names of the numbers of each module.
 ///
-/// If the run goes back, the files do so with the next tick. A graph over a problem that was compiled anew is not written.
+/// If the run goes back, the files do so with the next tick. If it then goes to a branch that it had left, whose rows are gone, they
+/// end there, with a fault. A graph over a problem that was compiled anew is not written.
 pub struct ActivityFiles {
     planner: Arc<dyn Decider>,
     files: RowFiles,
+    /// The tick of the last row.
+    last: Option<u64>,
     row: Vec<Real>,
     fault: Option<io::Error>,
 }
@@ -154,7 +157,7 @@ impl ActivityFiles {
         let text = format!("{:#}\n", serde_json::Value::Object(columns));
         std::fs::write(folder.join("columns.json"), text)?;
         let row = vec![0.0; modules.iter().map(|module| module.names.len()).sum()];
-        Ok(Self { planner, files, row, fault: None })
+        Ok(Self { planner, files, last: None, row, fault: None })
     }
 
     /// Writes what waits, and ends the files at a time in seconds: a run that has gone back may end before the last row.
@@ -174,6 +177,13 @@ impl ActivityFiles {
     }
 
     fn sample(&mut self, view: &SimView<'_>) -> io::Result<()> {
+        let last = self.last.replace(view.tick());
+        if last.is_some_and(|last| view.tick() > last + 1) {
+            self.files.flush()?;
+            return Err(io::Error::other(
+                "the run went to another branch, of which the rows are gone",
+            ));
+        }
         let mut from = 0;
         for module in self.planner.modules() {
             let to = from + module.names.len();
