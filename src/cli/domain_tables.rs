@@ -178,13 +178,8 @@ fn need_table(domain: &RelationalDomain) -> Grid {
             }
         }
         for before in &operator.order {
-            let place = |(state, place): &(usize, usize)| {
-                format!("place {} of {}", place + 1, domain.states[*state].name)
-            };
-            let one_of: Vec<String> = before.one_of.iter().map(place).collect();
-            let own = place(&(operator.to, before.place));
-            let condition = format!("{own}: after {}", one_of.join(" or "));
-            grid.row([name.into(), condition, "required".into(), "was always so".into()]);
+            let condition = domain.order_in_words(operator, before);
+            grid.row([name.into(), condition, "required".into(), "it was always so".into()]);
             name = "";
         }
     }

@@ -69,6 +69,11 @@ fn operator(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {
             format!("{}: {word}, {}", domain.need_in_words(operator, need), need.reason())
         })
     });
+    let order = operator.order.iter();
+    let order = order.map(|before| {
+        format!("{}: required, it was always so", domain.order_in_words(operator, before))
+    });
+    let conditions = conditions.chain(order);
     let side_effects = operator.side_effects.iter().map(|effect| {
         let words = domain.side_effect_in_words(operator, effect);
         format!("{words} ({} of {})", effect.changed, effect.of)

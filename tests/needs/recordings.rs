@@ -470,5 +470,5 @@ fn seven_sessions_of_a_real_arm_are_imported_and_teach_three_actions() {
     });
     let same = same.count();
     println!("a tenth left out: {same} of 20");
-    assert!(same >= 17, "{same} of 20");
+    assert!(same >= 18, "{same} of 20");
 }

@@ -485,7 +485,8 @@ impl<'p> Compiler<'p> {
             };
             needs.push((free, None));
         }
-        let before = self.problem.before(action.operator, action.place, action.reference);
+        let own = (action.operator, action.place, action.reference, action.object);
+        let before = self.problem.before(own);
         needs.extend(before.map(|test| (test, None)));
         if let (Some(object), Some(reference)) = (action.object, action.reference) {
             let kinds = [object, reference].map(|i| &*self.problem.objects[i].kind);

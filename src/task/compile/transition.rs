@@ -110,20 +110,22 @@ impl Problem<'_> {
 
     /// Returns whether the places that are filled before that of a move are.
     fn in_order(&self, m: &Move, situation: &Situation) -> bool {
-        self.before(m.operator, m.place, m.reference).all(|test| test.holds(situation))
+        let own = (m.operator, m.place, m.reference, Some(m.object));
+        self.before(own).all(|test| test.holds(situation))
     }
 
-    /// Returns what has to hold before an operator puts an object at a place of a reference, by the order of the places.
+    /// Returns what has to hold before an operator puts an object at a place of a reference, by the order of the places. `own` is
+    /// the operator with the place, the reference and the object, which does not count.
     pub(super) fn before(
         &self,
-        operator: usize,
-        place: usize,
-        reference: Option<usize>,
+        own: (usize, usize, Option<usize>, Option<usize>),
     ) -> impl Iterator<Item = Test> + '_ {
+        let (operator, place, reference, object) = own;
         let order = self.domain.operators[operator].order.iter();
         order.filter(move |before| before.place == place).map(move |before| Test {
             of: before.one_of.iter().map(|(state, place)| (*state, Some(*place))).collect(),
             reference: Some(reference),
+            except: object.into_iter().collect(),
             ..Test::of([])
         })
     }

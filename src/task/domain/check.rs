@@ -82,17 +82,12 @@ impl RelationalDomain {
         if let Some(fault) = self.fault_of_roles(operator) {
             return Some(fault);
         }
-        let (to, places) = (&self.states[operator.to], |state: usize| &self.states[state].places);
-        let beside = |(state, place): &(usize, usize)| {
-            self.states[*state].frame == to.frame && *place < places(*state).len()
-        };
-        let mut order = operator.order.iter();
-        if !order.all(|o| o.place < to.places.len() && o.one_of.iter().all(beside)) {
-            let problem = "has an order of places that there are not";
-            return Some(Fault::new(
-                problem,
-                format!("places of states relative to {}", to.frame.name()),
-            ));
+        if let Some(fault) = self.fault_of_order(operator) {
+            return Some(fault);
+        }
+        if let Some(need) = operator.needs.iter().find(|need| need.held > need.of) {
+            let problem = format!("has a need that held {} times of {}", need.held, need.of);
+            return Some(Fault::new(problem, "at most as many as there were"));
         }
         let numbers = operator.displacement.iter().flat_map(|d| d.mean.iter().chain([&d.sd]));
         if numbers.into_iter().any(|v| !(v.is_finite() && v.abs() < FARTHEST_M)) {
@@ -104,6 +99,35 @@ impl RelationalDomain {
         let problem =
             format!("moves a `{kind}` out of `{}`, a state of `{}`", other.name, other.kind);
         Some(Fault::new(problem, "states of one kind"))
+    }
+
+    /// Returns a place in the order of places that there is not, or that can never be filled.
+    fn fault_of_order(&self, operator: &RelationalOperator) -> Option<Fault> {
+        let to = &self.states[operator.to];
+        let fault = |index: usize, (state, place): (usize, usize)| {
+            let state = &self.states[state];
+            let problem = format!("has `order[{index}]` with place {place} of `{}`", state.name);
+            let of = to.places.len();
+            Some(Fault::new(
+                problem,
+                format!(
+                    "another place, from 0, of a state relative to {}; `{}` has {of}",
+                    to.frame.name(),
+                    to.name
+                ),
+            ))
+        };
+        operator.order.iter().enumerate().find_map(|(index, before)| {
+            let own = (operator.to, before.place);
+            let beside = |(state, place): &(usize, usize)| {
+                let other = &self.states[*state];
+                (*state, *place) != own && other.frame == to.frame && *place < other.places.len()
+            };
+            if before.place >= to.places.len() || before.one_of.is_empty() {
+                return fault(index, own);
+            }
+            fault(index, before.one_of.iter().copied().find(|slot| !beside(slot))?)
+        })
     }
 
     /// Returns a condition about a parameter that the operator does not have. It could never be looked at.

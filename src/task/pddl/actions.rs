@@ -238,13 +238,18 @@ impl<'p> Writer<'_, 'p> {
     fn in_order(&self, part: &mut Part<'_>, operator: &RelationalOperator) {
         let words = self.words;
         let (target, own) = (part.target.clone(), part.place.clone());
+        let (object, kind) = (part.object.clone(), &words.states[operator.to].kind);
         for before in &operator.order {
             let there = own.as_ref().zip(words.place(operator.to, before.place));
             let elsewhere = there.map_or(FALSE, |(own, place)| not(same(own, &place)));
             let filled = before.one_of.iter().map(|(state, place)| {
                 let place = words.place(*state, *place);
-                part.scope.quantified(true, &[&words.states[*state].kind], |scope, x| {
-                    scope.is_in(*state, &x[0], [target.as_ref(), place.as_ref()])
+                let other = &words.states[*state].kind;
+                part.scope.quantified(true, &[other], |scope, x| {
+                    let is_in = scope.is_in(*state, &x[0], [target.as_ref(), place.as_ref()]);
+                    // The object that moves does not count.
+                    let apart = if other == kind { not(same(&object, &x[0])) } else { TRUE };
+                    all([is_in, apart])
                 })
             });
             let filled: Vec<Condition> = filled.collect();

@@ -9,7 +9,7 @@ use super::states::{Described, describe, named_landmark};
 use crate::sim::is_plain;
 use crate::task::domain::state::{Coordinate, Turn};
 use crate::task::domain::{
-    Condition, Fact, FrameState, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
+    Before, Condition, Fact, FrameState, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
     RelationalOperator, Role, SideEffect, Subject,
 };
 use crate::task::error::TaskError;
@@ -263,6 +263,16 @@ impl RelationalDomain {
         }
     }
 
+    /// Returns what has to be filled before a place in words, with places counted from 1, such as `place 2 of BOOK_ON_SHELF: after
+    /// place 1 of BOOK_ON_SHELF`.
+    pub fn order_in_words(&self, operator: &RelationalOperator, before: &Before) -> String {
+        let place = |(state, place): &(usize, usize)| {
+            format!("place {} of {}", place + 1, self.states[*state].name)
+        };
+        let one_of: Vec<String> = before.one_of.iter().map(place).collect();
+        format!("{}: after {}", place(&(operator.to, before.place)), one_of.join(" or "))
+    }
+
     /// Returns a condition before an action in words, such as `at least 4 chairs are at the table`.
     pub fn need_in_words(&self, operator: &RelationalOperator, need: &Need) -> String {
         let subject = need.condition.subject;
@@ -407,7 +417,7 @@ impl Need {
     pub fn reason(&self) -> String {
         let Self { held, of, .. } = self;
         // The condition itself says that something is not so.
-        let so = of - held;
+        let so = of.saturating_sub(*held);
         match (self.verdict, self.holds, self.condition.subject) {
             (NeedVerdict::Required, _, Subject::Is(_) | Subject::At(_)) => {
                 format!("always held ({held} of {of}), and it is about an object of the action")

@@ -17,7 +17,7 @@ use crate::task::learn::summary::Failure;
 /// A demonstrated instance of an action.
 pub(super) struct Instance {
     pub attempt: Attempt,
-    object: usize,
+    pub object: usize,
     from: Fact,
     pub to: Fact,
     /// The fact of each track before and after.
@@ -59,7 +59,10 @@ pub(super) fn find(motion: &Motion<'_>, found: &States) -> Operators {
         let demos: BTreeSet<usize> = instances.iter().map(|i| i.attempt.demo).collect();
         demos.len() >= least || instances.iter().all(shown)
     });
-    let (seen, rows) = (seen(motion, found), Rows::of(found, of_state.values().flatten()));
+    let (seen, rows) = (
+        seen(motion, found),
+        Rows::of(found, |demo| scene(motion, found, demo, 0), of_state.values().flatten()),
+    );
     let mut operators = Vec::new();
     let mut index = BTreeMap::new();
     for (state, instances) in &of_state {
@@ -367,6 +370,9 @@ fn states_of_parameters(
         let track = instances[0].parameters().get(role)?;
         let kind = &motion.tracks[instances[0].attempt.demo][track].kind;
         let others = (0..found.states.len()).filter(|s| *found.states[*s].kind == **kind);
+        if or.iter().any(|state| *found.states[*state].kind != **kind) {
+            return None;
+        }
         let fewer = or.len() < others.count();
         let (of, several) = (of.len(), or.len() > 1 && 2 * or.len() <= of.len());
         let condition = Condition { state: or.remove(0), subject };

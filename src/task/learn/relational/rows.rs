@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::operators::Instance;
 use super::states::States;
-use crate::task::domain::{Before, Fact};
+use crate::task::domain::{Before, Fact, Situation};
 
-/// Number of times that a place has to be filled before its turn says something. A turn that is learned by chance does no
-/// harm: places that are filled in any order can be filled in this one.
+/// Number of times that a place has to be filled before its turn says something.
 const OFTEN: usize = 4;
 
 /// A state with the index of one of its places.
@@ -23,8 +22,14 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Finds the order of the places that some instances filled. Costs O(places^2 + instances x objects).
-    pub fn of<'i>(found: &States, instances: impl Iterator<Item = &'i Instance>) -> Self {
+    /// Finds the order of the places that some instances filled. `start` returns where everything was at the beginning of a
+    /// demonstration: what was there already had no turn, so that the order has no circles. Costs O(places^2 + instances x
+    /// objects).
+    pub fn of<'i>(
+        found: &States,
+        start: impl Fn(usize) -> Situation,
+        instances: impl Iterator<Item = &'i Instance>,
+    ) -> Self {
         let states = found.states.iter().enumerate();
         let slots =
             states.flat_map(|(state, model)| (0..model.places.len()).map(move |p| (state, p)));
@@ -41,13 +46,19 @@ impl Rows {
         // Places that are taken at once, such as those of a part and of another one on it, are two.
         let mut shared: BTreeSet<Slot> = BTreeSet::new();
         let mut filled: BTreeMap<Slot, (usize, BTreeSet<Slot>)> = BTreeMap::new();
-        for Instance { to, before, .. } in instances {
+        for Instance { attempt, object, to, before, .. } in instances {
             let Some(slot) = own.get(&(to.state, to.place)) else { continue };
             let frame = &found.states[to.state].frame;
             let beside = |fact: &&Fact| {
                 fact.reference == to.reference && found.states[fact.state].frame == *frame
             };
-            let there = before.iter().flatten().filter(beside);
+            let start = start(attempt.demo);
+            let came = before
+                .iter()
+                .zip(&start)
+                .enumerate()
+                .filter(|(track, (now, first))| track != object && now != first);
+            let there = came.filter_map(|(_, (now, _))| now.as_ref()).filter(beside);
             let there: BTreeSet<Slot> =
                 there.filter_map(|fact| own.get(&(fact.state, fact.place)).copied()).collect();
             if there.contains(slot) {
@@ -68,23 +79,23 @@ impl Rows {
     }
 
     /// Returns what has to be filled before each place of a state. A place that is filled before another one that has to be is
-    /// left out, and so is the only place of a state, of which conditions tell.
+    /// left out. What was filled before all places of the state is no order among them: conditions tell of it.
     pub fn order(&self, state: usize) -> Vec<Before> {
-        let own = self.own.iter().filter(|((of, _), _)| *of == state);
-        let all = own.flat_map(|((_, place), slot)| {
-            let all = self.before.get(slot);
-            let last = all.into_iter().flatten().filter(move |one| {
-                let mut others = all.into_iter().flatten();
-                !others.any(|o| self.before.get(o).is_some_and(|before| before.contains(*one)))
-            });
-            last.filter_map(move |one| {
-                let one_of: Vec<Slot> =
-                    self.own.iter().filter(|(_, of)| *of == one).map(|(slot, _)| *slot).collect();
-                let single = |(of, _): &Slot| {
-                    self.own.range((*of, 0)..=(*of, usize::MAX)).count() == 1 && one_of.len() == 1
-                };
-                let told = one_of.iter().all(single);
-                (!told).then_some(Before { place: *place, one_of })
+        let own = || self.own.range((state, 0)..=(state, usize::MAX));
+        let none = BTreeSet::new();
+        let before = |slot: &Slot| self.before.get(slot).unwrap_or(&none);
+        let common = own().map(|(_, slot)| before(slot).clone()).reduce(|a, b| &a & &b);
+        let common = common.unwrap_or_default();
+        let all = own().flat_map(|((_, place), slot)| {
+            let all = before(slot) - &common;
+            let last: Vec<Slot> = all
+                .iter()
+                .filter(|one| !all.iter().any(|other| before(other).contains(one)))
+                .copied()
+                .collect();
+            last.into_iter().map(|one| {
+                let one_of = self.own.iter().filter(|(_, of)| **of == one);
+                Before { place: *place, one_of: one_of.map(|(slot, _)| *slot).collect() }
             })
         });
         all.collect()
