@@ -48,7 +48,32 @@ struct Carry {
     contact: f64,
     release: f64,
     legs: Vec<Leg>,
+    /// What moves along with the object, such as what lies in a drawer.
+    riders: Vec<(String, Vec<Leg>)>,
 }
+
+impl Carry {
+    /// The way of an object, if it moves.
+    fn way(&self, id: &str) -> &[Leg] {
+        let mut all = [(&self.id, &self.legs)].into_iter();
+        let mut riders = self.riders.iter().map(|(id, legs)| (id, legs));
+        all.find(|(own, _)| *own == id)
+            .or_else(|| riders.find(|(own, _)| *own == id))
+            .map_or(&[], |(_, legs)| legs)
+    }
+}
+
+/// Where something is that moves with a body from `a` to `b`.
+fn along(a: &Pose, b: &Pose, own: &Pose) -> Pose {
+    let vector = |pose: &Pose| Vector3::from(pose.position);
+    let turn = rotation(b) * rotation(a).inverse();
+    let position = vector(b) + turn * (vector(own) - vector(a));
+    let turn = turn * rotation(own);
+    Pose { position: position.into(), orientation: [turn.i, turn.j, turn.k, turn.w] }
+}
+
+/// Distance from which something has moved along, in metres.
+const ALONG_M: f64 = 0.01;
 
 fn rotation(pose: &Pose) -> UnitQuaternion<f64> {
     let [x, y, z, w] = pose.orientation;
@@ -85,14 +110,23 @@ fn carries(demo: &Demonstration, rng: &mut ChaCha8Rng) -> (Vec<Carry>, f64) {
         t += 2.0 + rng.random::<f64>();
         let contact = t;
         t += 0.03;
-        let mut legs = Vec::new();
+        let mut legs: Vec<Leg> = Vec::new();
         for pair in stops.windows(2) {
             let lasts = (pair[0].distance(&pair[1]) / 0.25).max(0.4);
             legs.push(Leg { from: t, to: t + lasts, a: pair[0], b: pair[1] });
             t += lasts;
         }
         t += 0.03;
-        found.push(Carry { id, contact, release: t, legs });
+        let riders = one.objects.iter().filter(|object| *object.id != *id);
+        let riders = riders.filter_map(|object| {
+            let (own, to) = (object.pose, pose_of(other, &object.id)?);
+            let stops = [own, along(&a, &stops[1], &own), along(&a, &stops[2], &own), to];
+            let pairs = legs.iter().zip(stops.windows(2));
+            let legs = pairs.map(|(l, s)| Leg { from: l.from, to: l.to, a: s[0], b: s[1] });
+            (own.distance(&to) > ALONG_M).then(|| (object.id.to_string(), legs.collect()))
+        });
+        let riders = riders.collect();
+        found.push(Carry { id, contact, release: t, legs, riders });
     }
     (found, t + 2.0)
 }
@@ -128,8 +162,8 @@ pub fn log(recording: &Recording, sampling: &Sampling, seed: u64) -> (String, Ve
             let width = 0.08 - 0.05 * all.iter().map(ramp).sum::<f64>();
             let mut bodies: Vec<(String, Pose)> = Vec::new();
             for object in &demo.snapshots[0].objects {
-                let own = all.iter().rev().filter(|c| *c.id == *object.id);
-                let pose = own.flat_map(|c| c.legs.iter().rev()).find(|leg| t >= leg.from);
+                let own = all.iter().rev().flat_map(|c| c.way(&object.id).iter().rev());
+                let pose = own.into_iter().find(|leg| t >= leg.from);
                 let pose = pose.map_or(object.pose, |leg| {
                     between(&leg.a, &leg.b, (t - leg.from) / (leg.to - leg.from))
                 });

@@ -53,16 +53,18 @@ impl Rows {
                 fact.reference == to.reference && found.states[fact.state].frame == *frame
             };
             let start = start(attempt.demo);
-            let came = before
-                .iter()
-                .zip(&start)
-                .enumerate()
-                .filter(|(track, (now, first))| track != object && now != first);
-            let there = came.filter_map(|(_, (now, _))| now.as_ref()).filter(beside);
-            let there: BTreeSet<Slot> =
-                there.filter_map(|fact| own.get(&(fact.state, fact.place)).copied()).collect();
-            if there.contains(slot) {
-                shared.insert(*slot);
+            let others = before.iter().zip(&start).enumerate().filter(|(track, _)| track != object);
+            let mut there: BTreeSet<Slot> = BTreeSet::new();
+            for (_, (now, first)) in others {
+                let fact = now.as_ref().filter(beside);
+                let Some(taken) = fact.and_then(|fact| own.get(&(fact.state, fact.place))) else {
+                    continue;
+                };
+                if taken == slot {
+                    shared.insert(*slot);
+                } else if now != first {
+                    there.insert(*taken);
+                }
             }
             let (times, always) = filled.entry(*slot).or_insert_with(|| (0, there.clone()));
             *times += 1;

@@ -129,16 +129,18 @@ impl Frames<'_, '_> {
             })
             .filter(|(before, after)| before != after)
             .collect();
-        let mut likelihood = Likelihood::of_placing(&self.motion.noise, items.len());
+        let placing = Likelihood::of_placing(&self.motion.noise, items.len());
+        let problem = Clustering {
+            items: &items,
+            priors: &priors,
+            extents: &extents,
+            near_m,
+            attempts: &attempts,
+            likelihood: &placing,
+        };
+        let mut likelihood = placing.clone();
         let run = |likelihood: &Likelihood| {
-            let clustering = Clustering {
-                items: &items,
-                priors: &priors,
-                extents: &extents,
-                near_m,
-                attempts: &attempts,
-                likelihood,
-            };
+            let clustering = Clustering { likelihood, ..problem };
             let mut clusters = clustering.run();
             let scored = clusters.iter_mut().map(|c| {
                 let (frame, scores) = clustering.frame(c.members.len(), &c.frames, true);
@@ -180,14 +182,7 @@ impl Frames<'_, '_> {
                 stacked: false,
             }
         });
-        let clustering = Clustering {
-            items: &items,
-            priors: &priors,
-            extents: &extents,
-            near_m,
-            attempts: &attempts,
-            likelihood: &likelihood,
-        };
+        let clustering = Clustering { likelihood: &likelihood, ..problem };
         let frame = |own: &[usize], turns: bool| {
             let members: Vec<usize> = own.iter().map(|rest| place[rest]).collect();
             clustering.frame(members.len(), &clustering.sums(&members), turns)
