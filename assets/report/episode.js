@@ -12,7 +12,7 @@ class Episode {
     this.end = lines.flatMap((line) => line.end ?? [])[0];
     this.frames = unpackFrames(this.film?.frames);
     this.reason = data.run?.summary?.failures?.find((failure) => failure.episode === number)?.reason;
-    this.acts = this.join(lines.flatMap((line) => line.decision ?? []));
+    this.acts = this.join(lines.filter((line) => line.decision));
     this.goals = new Set(this.acts.flatMap((act) => [...act.unmet, ...(act.goal ? [act.goal] : [])]));
     this.recorded = number === data.filmed;
     this.times = this.recorded && data.arrays ? singles(data.arrays.modules.t) : new Float32Array();
@@ -24,7 +24,7 @@ class Episode {
   // Every decision with its outcome and the moment at which its action ended.
   join(decisions) {
     const last = this.end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
-    return decisions.map((decision, i) => {
+    return decisions.map(({ decision, came = null }, i) => {
       const decided = decision.asked_s + decision.took_ms / 1000;
       const detour = detourInWords(decision.recovery, this.names);
       const action = detour ?? decision.action;
@@ -35,8 +35,8 @@ class Episode {
         asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: off ? "off its place" : outcome !== "placed" && landed?.as_planned ? `${outcome}, but in place` : outcome, well: outcome === "placed" && !off,
-        until: decisions[i + 1]?.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
+        came, well: outcome === "placed" && !off,
+        until: decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,

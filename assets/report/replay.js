@@ -9,6 +9,10 @@ class Replay {
     this.names = names;
     this.canvas = view.querySelector("canvas");
     this.held = () => null;
+    this.named = () => "";
+    this.tip = make("div");
+    this.tip.className = "tip";
+    view.append(this.tip);
     this.statesShown = true;
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true });
     this.renderer.shadowMap.enabled = true;
@@ -23,6 +27,18 @@ class Replay {
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
     this.canvas.addEventListener("pointerdown", () => this.canvas.focus({ preventScroll: true }));
+    const point = (event) => {
+      const dragged = event.type === "pointermove" && event.buttons > 0;
+      this.pointer = dragged ? null : [event.offsetX, event.offsetY];
+      this.tellPart();
+    };
+    ["pointermove", "pointerdown"].forEach((kind) => this.canvas.addEventListener(kind, point));
+    this.canvas.addEventListener("pointerleave", (event) => {
+      // A finger leaves when it is lifted: what it has touched stays named.
+      if (event.pointerType === "touch") return;
+      this.pointer = null;
+      this.tellPart();
+    });
     this.controls.addEventListener("change", () => { if (!this.following) this.render(); });
     theme.listeners.push(() => { this.bodies?.paint(); this.render(); });
     this.load(outline, frames, states, objects);
@@ -124,6 +140,7 @@ class Replay {
   render() {
     if (!this.bodies) return;
     this.renderer.render(this.bodies.scene, this.camera);
+    this.tellPart();
     if (!this.labels.shown) return;
     const { parts, fixtures, fingers, links, joints } = this.bodies;
     const hand = [...fingers.map(({ mesh }) => mesh), links.at(-1)];
@@ -149,11 +166,35 @@ class Replay {
     return { left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) };
   }
 
-  // The share of a body's surface points facing the camera's way that nothing else hides.
-  visible(bodies) {
+  // The nearest body that a ray meets. The floor and the marks of states are none.
+  firstHit(ray) {
     const { scene, states, floor, shade } = this.bodies;
     const solids = scene.children.filter((child) => ![floor, shade].includes(child));
     const marks = new Set(states.flatMap(({ children }) => children));
+    return ray.intersectObjects(solids, true).find(({ object }) => object.isMesh && !marks.has(object));
+  }
+
+  // The ray from the camera through a point of the picture.
+  ray(x, y) {
+    const ray = new THREE.Raycaster();
+    const { clientWidth, clientHeight } = this.canvas;
+    ray.setFromCamera(new THREE.Vector2((2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight), this.camera);
+    return ray;
+  }
+
+  // Names the part at the pointer, beside it.
+  tellPart() {
+    const { pointer, tip } = this;
+    const part = pointer ? this.bodies.parts.indexOf(this.firstHit(this.ray(...pointer))?.object) : -1;
+    tip.hidden = part < 0;
+    if (tip.hidden) return;
+    tip.textContent = this.named(part);
+    const [x, y] = [pointer[0] + 14, pointer[1] - 14 - tip.offsetHeight];
+    tip.style.transform = `translate(${clamp(x, 0, Math.max(this.canvas.clientWidth - tip.offsetWidth, 0))}px, ${Math.max(y, 0)}px)`;
+  }
+
+  // The share of a body's surface points facing the camera's way that nothing else hides.
+  visible(bodies) {
     const ray = new THREE.Raycaster();
     const own = new Set(bodies);
     const seen = bodies.map((body) => {
@@ -164,7 +205,7 @@ class Replay {
       for (let i = 0; i < position.count; i += every) {
         const at = new THREE.Vector3().fromBufferAttribute(position, i).applyMatrix4(body.matrixWorld);
         ray.set(this.camera.position, at.clone().sub(this.camera.position).normalize());
-        const hit = ray.intersectObjects(solids, true).find(({ object }) => object.isMesh && !marks.has(object));
+        const hit = this.firstHit(ray);
         all += 1;
         if (!hit || own.has(hit.object) || hit.distance > at.distanceTo(this.camera.position) - 1e-3) free += 1;
       }

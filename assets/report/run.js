@@ -86,6 +86,7 @@ class RunPage {
     try {
       this.replay = new Replay(view, ...shown, this.names);
       this.replay.held = () => this.episode.heldAt(this.time);
+      this.replay.named = (part) => this.episode.part(part);
     } catch (error) {
       this.undrawable = true;
       view.replaceChildren(make("p", `This browser cannot draw the 3-D view (${error.message}).`));

@@ -51,13 +51,8 @@ class LiveScene {
     this.move(this.ids.indexOf(byId("part").value), numbers[0] / 1000, numbers[1] / 1000);
   }
 
-  // The ray from the camera through a point of the picture.
-  ray(event) {
-    const { canvas, camera } = this.replay;
-    const ray = new THREE.Raycaster();
-    const at = new THREE.Vector2((2 * event.offsetX) / canvas.clientWidth - 1, 1 - (2 * event.offsetY) / canvas.clientHeight);
-    ray.setFromCamera(at, camera);
-    return ray;
+  ray({ offsetX, offsetY }) {
+    return this.replay.ray(offsetX, offsetY);
   }
 
   // A part under the pointer is taken, follows on its height, and is put down where the pointer is released.
@@ -117,6 +112,7 @@ class LiveScene {
       // The camera frames the parts as they stand in the first frame.
       if (!this.replay) {
         this.replay = new Replay(this.section.querySelector(".view"), this.outline, this.frames, []);
+        this.replay.named = (part) => this.ids[part];
         this.listen();
       }
       const { drag, frames } = this;

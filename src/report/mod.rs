@@ -229,7 +229,7 @@ fn of_run(folder: &Path) -> Report {
         filmed: recorded,
         domain: domain.map(|domain| domain::to_page(&domain)),
         recording: shown,
-        events,
+        events: events.map(|events| events.into_iter().map(PageLine::from).collect()),
         outline: scene.as_ref().map(|scene| json!(Outline::of(scene))),
         films,
         arrays: arrays.map(Arrays::into_page),
@@ -248,12 +248,27 @@ struct RunPage<'a> {
     filmed: Option<usize>,
     domain: Option<Value>,
     recording: Option<Value>,
-    events: Option<Vec<trace::Line>>,
+    events: Option<Vec<PageLine>>,
     /// Shapes of the scene of the recorded episode.
     outline: Option<Value>,
     /// Frames of the recorded episode and of others, with what holds at each.
     films: Vec<Value>,
     arrays: Option<Value>,
+}
+
+/// A line of the trace, with what came of its decision in words.
+#[derive(Serialize)]
+struct PageLine {
+    #[serde(flatten)]
+    line: trace::Line,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    came: Option<String>,
+}
+
+impl From<trace::Line> for PageLine {
+    fn from(line: trace::Line) -> Self {
+        Self { came: line.decision.as_ref().and_then(|decision| decision.came_in_words()), line }
+    }
 }
 
 /// Returns the kinds of the objects that a demonstration took, in order.

@@ -266,7 +266,8 @@ impl View {
     }
 
     /// Moves what the probes of the run record to files as the run goes on, so that memory stays bounded. When the run goes
-    /// back, so do the files. After a return to a branch they go on at its end.
+    /// back, so do the files. After a return to a branch they go on at its end. They end with the run that
+    /// [`serve`](Self::serve) returns: a further run needs files of its own.
     #[must_use]
     pub fn with_recordings(mut self, files: RecordingFiles) -> Self {
         self.recordings = Some(files);
@@ -303,8 +304,9 @@ impl View {
     /// # Errors
     /// The run's own, if it had failed when it was ended. Before that a window can go back.
     pub fn serve(&mut self, mut live: Live) -> Result<Live, LiveError> {
-        self.drive(&mut live, |_| std::ops::ControlFlow::Continue(()))?;
-        Ok(live)
+        let driven = self.drive(&mut live, |_| std::ops::ControlFlow::Continue(()));
+        self.recordings = None;
+        driven.map(|_| live)
     }
 }
 

@@ -19,6 +19,7 @@ pub fn trials() -> Vec<Trial> {
         "needs Chromium",
         named![
             gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out,
+            a_part_under_the_pointer_is_named,
             keys_alone_play_move_and_open_a_decision,
             two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_key,
             the_reader_s_choice_of_colours_counts_more_than_the_system_s,
@@ -116,6 +117,38 @@ fn gripper_and_held_part_are_seen_at_ten_moments_and_nothing_hangs_out() {
     }
 }
 
+fn a_part_under_the_pointer_is_named() {
+    let script = "\
+        page.seek(0.5 * page.duration);\n\
+        const { replay, episode } = page; const { canvas, bodies, tip } = replay;\n\
+        const box = canvas.getBoundingClientRect();\n\
+        const point = ([x, y]) => { canvas.dispatchEvent(new PointerEvent('pointermove',\n\
+            { clientX: box.left + x, clientY: box.top + y })); return tip.hidden ? null : tip.textContent; };\n\
+        const centre = (body) => { const { left, right, top, bottom } = replay.around([body]);\n\
+            return [(left + right) / 2, (top + bottom) / 2]; };\n\
+        found.parts = bodies.parts.map((body, i) => ({ name: episode.part(i), visible: replay.visible([body]),\n\
+            tip: point(centre(body)) }));\n\
+        found.nowhere = point([3, 3]);\n\
+        found.names = new Set(bodies.parts.map((_, i) => episode.part(i))).size;";
+    for width in [1366, 390] {
+        let found = opened_in(&Window { width, dark: false }, &page(), script);
+        let parts = found["parts"].as_array().expect("parts");
+        assert_eq!(
+            number(&found["names"]) as usize,
+            parts.len(),
+            "each part has a name of its own"
+        );
+        // The middle of a nut is a hole, and a part may lie behind another.
+        let named = parts.iter().filter(|part| part["tip"] == part["name"]).count();
+        assert!(2 * named >= parts.len(), "at {width} px: {parts:?}");
+        let wrong =
+            parts.iter().filter(|part| !part["tip"].is_null() && number(&part["visible"]) > 0.9);
+        let wrong: Vec<_> = wrong.filter(|part| part["tip"] != part["name"]).collect();
+        assert!(wrong.is_empty(), "at {width} px: {wrong:?}");
+        assert!(found["nowhere"].is_null(), "{}", found["nowhere"]);
+    }
+}
+
 fn keys_alone_play_move_and_open_a_decision() {
     // Frames are called by hand, 50 ms apart.
     let script = "\
@@ -185,7 +218,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         const move = (canvas, y) => { const box = canvas.getBoundingClientRect();\n\
             canvas.dispatchEvent(new PointerEvent('pointermove', { bubbles: true, isPrimary: true,\n\
                 clientX: box.left + page.timeline.x(time), clientY: box.top + y })); };\n\
-        const tip = document.querySelector('.tip');\n\
+        const tip = document.querySelector('#strips .tip');\n\
         const legend = () => [...document.querySelectorAll('#panels .panel')].map((panel) =>\n\
             [...panel.querySelectorAll('output')].map((output) => output.textContent));\n\
         move(second.canvas, 20);\n\
@@ -276,7 +309,7 @@ fn spikes_are_counted_by_population_and_no_name_is_cut() {
         const band = raster.laid()[1];\n\
         canvas.dispatchEvent(new PointerEvent('pointermove', { bubbles: true, isPrimary: true,\n\
             clientX: box.left + page.timeline.x(0.2), clientY: box.top + band.top + band.height - 1 }));\n\
-        found.tip = document.querySelector('.tip').innerText;\n\
+        found.tip = document.querySelector('#strips .tip').innerText;\n\
         const room = page.timeline.namesAbove ? box.width : page.timeline.left;\n\
         found.fits = raster.nameWidth() <= room; found.above = page.timeline.namesAbove;";
     for (width, above) in [(1366, false), (390, true)] {
@@ -674,7 +707,7 @@ fn the_page_of_any_graph_has_one_moment_folded_modules_loops_and_exports() {
         found.names = timeline.panels[0].module.names;\n\
         const { canvas } = timeline.panels[0]; const at = canvas.getBoundingClientRect();\n\
         canvas.dispatchEvent(new PointerEvent('pointermove', { bubbles: true, isPrimary: true,\n\
-            clientX: at.left + timeline.x(0.1), clientY: at.top + 20 })); found.tip = document.querySelector('.tip').innerText;\n\
+            clientX: at.left + timeline.x(0.1), clientY: at.top + 20 })); found.tip = document.querySelector('#strips .tip').innerText;\n\
         const saved = []; URL.createObjectURL = (blob) => { saved.push(blob.type); return 'data:,'; };\n\
         HTMLAnchorElement.prototype.click = function () { saved.push(this.download); };\n\
         [...document.querySelectorAll('#strips button')].filter(({ textContent }) => ['SVG', 'CSV'].includes(textContent))\n\

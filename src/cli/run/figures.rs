@@ -344,9 +344,8 @@ fn steps(report: &EpisodeReport) -> Grid {
     let mut grid = Grid::new(&["#", ">at s", "decided", ">ms", "outcome"]);
     for (index, decision) in report.decisions.iter().enumerate() {
         let outcome = match (&decision.action, &report.ended) {
-            (Some(_), _) if !decision.begun => "not begun".to_owned(),
             _ if decision.action.is_some() || decision.begun => {
-                decision.came_in_words().map_or("cut short".into(), |came| unbroken(&came))
+                unbroken(&decision.came_in_words().unwrap_or_default())
             }
             (None, _) if index + 1 < report.decisions.len() => unbroken("no way found"),
             (None, Ended::GoalMet) => unbroken("goal met"),

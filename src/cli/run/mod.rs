@@ -135,7 +135,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     drop(progress);
     let json = || result.summary(args, folder.path());
     answer(&args.common, json, || result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
-    Ok(outcome)
+    let unwritten = episodes.into_iter().find_map(|ran| ran.unwritten);
+    unwritten.map_or(Ok(outcome), |fault| Err(Error::msg(fault)))
 }
 
 /// Refuses `symbolt view`: this build does not have it.
@@ -250,6 +251,8 @@ struct Ran {
     tracer: Tracer,
     /// Why the episode ended, in words.
     reason: String,
+    /// Why the files of `--stream` are not whole, if they are not.
+    unwritten: Option<String>,
 }
 
 impl Ran {
@@ -330,14 +333,14 @@ fn traced(
         true => format!("the task was solved, but the robot did not take it as solved: {ended}"),
         false => ended,
     };
-    Ok(Ran { episode, tracer, reason })
+    Ok(Ran { episode, tracer, reason, unwritten: None })
 }
 
 /// An episode that fails before it begins, because what is seen gives no problem. The others go on.
 fn without_problem(why: &TaskError, index: usize, frames: Vec<SceneFrame>) -> Ran {
     let mut tracer = Tracer::new(index);
     let episode = Episode { frames, ..Episode::without_problem(why, &mut tracer) };
-    Ran { episode, tracer, reason: why.to_string() }
+    Ran { episode, tracer, reason: why.to_string(), unwritten: None }
 }
 
 /// Runs all episodes. Returns them, and the planner's activity in the recorded one.
@@ -365,10 +368,8 @@ fn episodes(
                 all.extend(stream.iter_mut().map(|stream| stream as &mut dyn Observer));
                 let ran = traced(prepared, chosen, all);
                 // What came before a fault is what is wanted then.
-                if let Some(stream) = stream {
-                    stream.end(f64::INFINITY);
-                }
-                (ran?, activity)
+                let unwritten = stream.and_then(|stream| stream.end(f64::INFINITY));
+                (Ran { unwritten, ..ran? }, activity)
             }
             Err(why @ TaskError::Problem { .. }) => {
                 // The page shows the scene as it was.

@@ -32,11 +32,12 @@ pub(super) fn checked(folder: &Path) -> Result<(), Error> {
 pub(super) struct Stream {
     folder: PathBuf,
     files: Option<ActivityFiles>,
+    fault: Option<String>,
 }
 
 impl Stream {
     pub fn new(folder: &Path, planner: &Arc<dyn Decider>) -> Self {
-        let mut own = Self { folder: folder.into(), files: None };
+        let mut own = Self { folder: folder.into(), files: None, fault: None };
         match ActivityFiles::create(folder, planner.clone()) {
             Ok(files) => own.files = Some(files),
             Err(fault) => own.tell("cannot", &fault),
@@ -44,17 +45,20 @@ impl Stream {
         own
     }
 
-    /// Ends the files at a time, in seconds.
-    pub fn end(mut self, time_s: f64) {
+    /// Ends the files at a time, in seconds. Returns what is wrong with them, if they are not whole.
+    pub fn end(mut self, time_s: f64) -> Option<String> {
         if let Some(files) = self.files.take()
             && let Err(fault) = files.finish(time_s)
         {
             self.tell("can no longer", &fault);
         }
+        self.fault
     }
 
-    fn tell(&self, can: &str, fault: &dyn std::fmt::Display) {
-        warn(&format!("--stream {}: {can} be written: {fault}", self.folder.display()));
+    fn tell(&mut self, can: &str, fault: &dyn std::fmt::Display) {
+        let folder = self.folder.display();
+        warn(&format!("--stream {folder}: {can} be written: {fault}"));
+        self.fault = Some(format!("--stream {folder}: was not written to its end: {fault}"));
     }
 }
 

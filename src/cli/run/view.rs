@@ -78,9 +78,7 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
         Some(stream) => prepared.run_driven(stream, &mut window),
         None => prepared.run_driven(&mut Ignore, &mut window),
     };
-    if let Some(stream) = stream {
-        stream.end(window.end_s);
-    }
+    let unwritten = stream.and_then(|stream| stream.end(window.end_s));
     let made = window.log.unwrap_or_default();
     // A run that failed is worth repeating as well. A file has been written as the run went on.
     if let Some(place @ Place::Stdout) = &log {
@@ -105,7 +103,7 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
             counted(made.entries().len(), "intervention"),
         ))?,
     }
-    Ok(Outcome::Done)
+    unwritten.map_or(Ok(Outcome::Done), |fault| Err(Error::msg(fault)))
 }
 
 /// Offers the modules of the planner for plots.

@@ -158,15 +158,18 @@ impl Decided {
     }
 
     /// Returns what came of the skill in a few words: `placed`, `off its place` for a part that is not where the action was to
-    /// bring it, or why the skill failed, with `but in place` for a part that is there all the same; `None` as for
-    /// [`outcome`](Self::outcome).
+    /// bring it, or why the skill failed, with `but in place` for a part that is there all the same; `not begun` or `cut short`
+    /// for a skill that did not end. `None` if there was nothing to do.
     pub fn came_in_words(&self) -> Option<String> {
         let as_planned = self.landed.as_ref().map(|landed| landed.as_planned);
-        self.outcome().map(|outcome| match (outcome, as_planned) {
-            (SkillOutcome::Placed, Some(false)) => "off its place".into(),
-            (SkillOutcome::Placed, _) | (_, None | Some(false)) => outcome.to_string(),
-            (outcome, Some(true)) => format!("{outcome}, but in place"),
-        })
+        match (self.outcome(), as_planned) {
+            (None, _) if self.begun => Some("cut short".into()),
+            (None, _) => self.action.is_some().then(|| "not begun".into()),
+            (Some(SkillOutcome::Placed), Some(false)) => Some("off its place".into()),
+            (Some(outcome @ SkillOutcome::Placed), _) => Some(outcome.to_string()),
+            (Some(outcome), None | Some(false)) => Some(outcome.to_string()),
+            (Some(outcome), Some(true)) => Some(format!("{outcome}, but in place")),
+        }
     }
 
     /// Returns in words what the robot does: the action, or the recovery that it carries out instead; `None` if neither is

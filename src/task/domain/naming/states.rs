@@ -426,7 +426,12 @@ fn apart(states: &[FrameState], all: &mut [Described]) {
             let (symbol, rest) = match (measured, order.len(), axis, rank) {
                 (true, ..) => {
                     let minus = if mm < 0.0 { "MINUS_" } else { "" };
-                    (format!("{large}_{minus}{}MM", mm.abs()), format!("{mm} mm along {letter}"))
+                    let way = match (axis, mm < 0.0) {
+                        (2, false) => format!("{mm} mm up"),
+                        (2, true) => format!("{} mm down", -mm),
+                        _ => format!("{mm} mm along {letter}"),
+                    };
+                    (format!("{large}_{minus}{}MM", mm.abs()), way)
                 }
                 (_, 2, 2, 0) => ("LOWER".into(), format!("{one}at lower height")),
                 (_, 2, 2, _) => ("UPPER".into(), format!("{one}at upper height")),
