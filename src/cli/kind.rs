@@ -130,7 +130,10 @@ impl Kind {
             })),
             Some(b'(' | b';') => Self::of_lists(bytes),
             Some(b'<') => found(Self::of_markup(text)),
-            _ if bytes.contains(&0) => found(Self::Other("a binary file")),
+            // What texts of every encoding lack: control characters that neither end lines nor space words.
+            _ if bytes.iter().any(|b| matches!(b, 0..=8 | 14..=26 | 28..=31)) => {
+                found(Self::Other("a binary file"))
+            }
             _ => found(Self::of_lines(text)),
         }
     }
@@ -496,7 +499,7 @@ mod tests {
 
     #[test]
     fn files_are_recognised_by_what_they_hold() {
-        let cases: [(&[u8], Kind); 25] = [
+        let cases: [(&[u8], Kind); 27] = [
             (b"", Kind::Other("empty")),
             (b" \n", Kind::Other("empty")),
             (b"{\"format\": \"symbolt-domain\", \"version\": 3}", Kind::Domain),
@@ -525,6 +528,8 @@ mod tests {
             (b"name: a\nparts:\n", Kind::Other("a text in YAML")),
             (b"Dear all,\nhow are you", Kind::Other("text")),
             (b"a\0b", Kind::Other("a binary file")),
+            (b"R\xc5\xb5\xbf\xa3\x17J", Kind::Other("a binary file")),
+            (b"caf\xe9\x1b[1m au lait", Kind::Other("text")),
         ];
         for (bytes, kind) in cases {
             assert_eq!(Kind::of(bytes).kind, kind, "{}", String::from_utf8_lossy(bytes));
