@@ -66,10 +66,10 @@ class Episode {
       const reached = goals.map((fact) => this.names.say(fact));
       const others = needed.filter((need) => !goals.includes(need) && !reached.includes(this.names.say(need)));
       const by = `which decision ${later + 1} needs (${this.acts[later].words})`;
-      if (others.length || !said.length) said.push(`${this.names.list(this.names.shown(others), 3)}, ${by}`);
+      if (others.length || !said.length) said.push(`${this.names.shown(others).slice(0, 3).map(term).join("; ")}, ${by}`);
       else said[0] += `, ${by}`;
     }
-    if (!said.length && fresh.length) said.push(this.names.list(this.names.shown(fresh), 3));
+    if (!said.length && fresh.length) said.push(this.names.shown(fresh).slice(0, 3).map(term).join("; "));
     return said.join("; and ");
   }
 
@@ -77,6 +77,11 @@ class Episode {
   meddled({ decided, until }) {
     const during = this.displaced.filter(({ t }) => t >= decided && t <= until);
     return during.map((one) => `at ${seconds(one.t, 1)}, after this was decided, ${one.words.replace(", not the robot,", "")}`).join("; ");
+  }
+
+  // When the fingers lost the part of a decision; undefined if they never held it.
+  lostAt({ decided, until }) {
+    return this.touches.findLast((touch) => !touch.contact && touch.t > decided && touch.t <= until)?.t;
   }
 
   // The part between the fingers at a moment.

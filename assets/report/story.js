@@ -28,12 +28,16 @@ function story({ run, domain, recording }, episode) {
     : ["No decisions are known."];
   // The numbers are those of the decisions.
   const steps = acts.map((act) => [episode.acts.indexOf(act) + 1, `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`]);
-  const failed = acts.length - well;
+  const inPlace = acts.filter((act) => !act.well && act.landed?.as_planned).length;
+  const also = inPlace ? `, and ${inPlace} more left the part in its place all the same` : "";
+  const failed = acts.length - well - inPlace;
   const unlike = acts.filter((act) => !act.well && act.landed);
   const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” did not (${act.came}): ${landedInWords(act.landed)}.`);
   if (unlike.length > 3) missed.push(`And ${unlike.length - 3} more: see “What went wrong”.`);
-  const done = [`${well} of ${plural(acts.length, "step")} ended as planned${failed ? "; after the others it decided anew" : ""}.`, ...missed,
+  const done = [`${well} of ${plural(acts.length, "step")} ended as planned${also}${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
+  const { interventions } = summary;
+  if (interventions && episode.recorded) decided.push(`${plural(interventions, "intervention")} of a log changed the run as it went on, so this is not what it does by itself.`);
   const others = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);
   done.splice(1 + missed.length, 0, ...others.slice(0, 3), ...(others.length > 3 ? [`And ${others.length - 3} times more.`] : []));
   if (episodes > 1) done.push(`In all, ${summary.assembled} of ${episodes} episodes were solved.`);

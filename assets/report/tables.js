@@ -126,6 +126,7 @@ const FIGURES = {
   displaced: "what another hand did",
   off_place: "steps whose part is not where it was to go",
   decision_ms: "time of a decision, simulated ms",
+  interventions: "interventions made while the recorded episode ran",
   slip_mm: "largest slip in the gripper, mm",
 };
 

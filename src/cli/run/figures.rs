@@ -36,6 +36,8 @@ pub(crate) struct Figures<'r> {
     /// Number of actions in the plan for the recorded episode.
     pub least: usize,
     pub words: RunWords,
+    /// Number of interventions that were made, if there was a log of them.
+    pub interventions: Option<usize>,
 }
 
 impl Figures<'_> {
@@ -106,7 +108,7 @@ impl Figures<'_> {
             json!({"action": action, "words": words, "outcome": outcome, "times": times})
         });
         let method = METHODS.iter().find(|(_, method)| *method == args.method);
-        keys(json!({
+        let mut all = keys(json!({
             "episodes": tally.episodes,
             "assembled": tally.succeeded,
             "interval95": tally.interval95(),
@@ -140,7 +142,11 @@ impl Figures<'_> {
             "demonstrations_assembled": self.shown.solved,
             "states": self.learned.domain.states.len(),
             "operators": self.learned.domain.operators.len(),
-        }))
+        }));
+        if let Some(made) = self.interventions {
+            all.insert("interventions".into(), json!(made));
+        }
+        all
     }
 
     /// Returns what another hand than the robot's changed.
@@ -275,6 +281,9 @@ impl Figures<'_> {
         ];
         for (name, value) in rows {
             grid.row([name.into(), value]);
+            if let (true, Some(made)) = (name == "drops", self.interventions) {
+                grid.row(["interventions made".into(), made.to_string()]);
+            }
             if name == "parts that ended up in no state" && tally.lost > 0 {
                 grid.row(["parts that fell off the table".into(), tally.lost.to_string()]);
             }

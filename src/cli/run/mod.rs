@@ -38,6 +38,7 @@ use self::stream::Stream;
 #[cfg(feature = "view")]
 pub(super) use self::view::view;
 use super::end::{BadArgument, Outcome};
+use super::kind::{Kind, beginning};
 use super::output::{Progress, answer, use_threads, warn};
 use super::table::counted;
 use super::watch::ProgressLine;
@@ -86,6 +87,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         let some = counted(not_made, "intervention");
         warn(&format!("{some} not made: the episode, or its first planner graph, ended before"));
     }
+    let interventions = args.interventions.is_some();
+    let interventions = interventions.then(|| spec.interventions.entries().len() - not_made);
     let loop_s = looping.elapsed().as_secs_f64();
     let reports: Vec<EpisodeReport> = episodes.iter().map(|e| e.episode.report.clone()).collect();
     let grounds = episodes.iter().flat_map(|e| &e.episode.grounds).map(|ground| &**ground);
@@ -108,8 +111,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     progress.say(format!("writing {}", folder.path().display()));
     let physics_s = episodes.iter().map(|e| e.episode.physics_wall.as_secs_f64()).sum();
     let (shown, learned, reports, tally) = (&shown, &learned, &reports, &tally);
-    let result =
-        Figures { shown, learned, reports, reasons, tally, loop_s, physics_s, least, words };
+    let result = Figures {
+        shown,
+        learned,
+        reports,
+        reasons,
+        tally,
+        loop_s,
+        physics_s,
+        least,
+        words,
+        interventions,
+    };
     let also = also_filmed(&episodes, recorded);
     let seeds = also.iter().map(|episode| {
         let scene_seed = self::scene_seed(args, *episode).value();
@@ -238,6 +251,12 @@ fn of_interventions(error: TaskError, args: &RunArgs) -> Error {
 
 /// A log of interventions that cannot be read or followed.
 fn unusable(file: &Path, why: LogError) -> Error {
+    let found = beginning(file).map_or(Kind::Json, |bytes| Kind::of(&bytes).kind);
+    if matches!(why, LogError::Line { .. }) && found != Kind::Json {
+        let (file, found) = (file.display(), found.name());
+        let problem = format!("{file} is {found}; expected a log of interventions");
+        return BadArgument(format!("--interventions: {problem}")).into();
+    }
     BadArgument(format!("--interventions {}: {why}", file.display())).into()
 }
 

@@ -163,8 +163,10 @@ impl InterventionLog {
     /// # Errors
     /// [`LogError::File`], or as [`parse`](Self::parse).
     pub fn read(path: &Path) -> Result<Self, LogError> {
-        let bytes = read_file(path, Limit::INTERVENTIONS)
-            .map_err(|error| LogError::File(error.to_string()))?;
+        let bytes = read_file(path, Limit::INTERVENTIONS).map_err(|error| {
+            let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}"));
+            LogError::File(format!("{error}{}", cause.unwrap_or_default()))
+        })?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let before = &bytes[..error.valid_up_to()];
             let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
