@@ -23,6 +23,8 @@ class Raster extends Strip {
       return band;
     });
     const open = this.bands.length <= FEW;
+    // A module with one layer goes by the name of the module.
+    for (const [name, [only, ...others]] of groups) if (!others.length && only.name.split("/").length === 2) only.name = name;
     this.groups = [...groups].map(([name, bands]) => ({ name: bands.length === 1 ? bands[0].name : name, bands, open, spikes: 0 }));
     this.ofRow = this.groups.reduce((of, group, i) => {
       for (const { first, rows } of group.bands) of.fill(i, first, first + rows);
