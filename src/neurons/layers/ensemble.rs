@@ -448,6 +448,7 @@ impl Layer for Ensemble {
             functions: functions.collect(),
             special,
             tuned: settings.draws_rates_by_plan(),
+            regularisation: 1.0,
         };
         let partition = builder.balance.partition(shape, 1);
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
