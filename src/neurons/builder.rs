@@ -122,7 +122,7 @@ pub(super) struct PointerDraw {
 
 impl PointerDraw {
     /// For a value that is passed on.
-    const FLOW: Self =
+    pub const FLOW: Self =
         Self { points: 1, norms: [0.0, POINTER_ROOM], mirrored: false, regularisation: 1.0 };
     /// For a value that is fed back, and decays.
     pub const FED: Self =
@@ -165,6 +165,17 @@ impl PopulationBuilder<'_> {
         of: &Components,
         function: &(dyn Fn(f64) -> f64 + Sync),
     ) -> Result<Ensembles, TuningError> {
+        self.components_from(role, of, PointerDraw::FLOW, function)
+    }
+
+    /// As [`components`](Self::components), solved with the regularisation of a draw.
+    pub(super) fn components_from(
+        &self,
+        role: &str,
+        of: &Components,
+        PointerDraw { regularisation, .. }: PointerDraw,
+        function: &(dyn Fn(f64) -> f64 + Sync),
+    ) -> Result<Ensembles, TuningError> {
         let radius = of.radius;
         let neurons = self.tuning().count(of.neurons)?;
         let shape = Shape { ensembles: of.width, neurons, dims: 1, outputs: 1, hadamard: false };
@@ -199,9 +210,12 @@ impl PopulationBuilder<'_> {
                 vec![low, radius, mean - Tuning::default().item_spread]
             }
         };
-        let marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
+        let mut marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
+        // Stored populations that were there before keep their fingerprints.
+        marks.extend(Some(regularisation).filter(|factor| *factor != 1.0));
         let (spec, onset) = (self.spec.clone(), of.onset);
-        self.bank((shape, partition), role, &marks, move |_, seed| {
+        let outputs = Outputs { regularisation, ..Outputs::tuned(1) };
+        self.bank((shape, partition), role, &marks, outputs, move |_, seed| {
             let neurons = match onset {
                 Onset::Anywhere => spec.scalar(neurons, seed)?,
                 Onset::Above(_) => {
@@ -256,7 +270,7 @@ impl PopulationBuilder<'_> {
             marks.extend([low, high, regularisation]);
         }
         let outputs = Outputs { regularisation, ..Outputs::tuned(dims) };
-        self.bank_of((shape, partition), "pointer", &marks, outputs, move |_, seed| {
+        self.bank((shape, partition), "pointer", &marks, outputs, move |_, seed| {
             let mut rng = seed.rng();
             let mut neurons = spec.directions(&shape, &mut rng)?;
             if mirrored {
@@ -277,17 +291,6 @@ impl PopulationBuilder<'_> {
     /// Solves for the own part of a bank, or takes it from the solved model. `marks` are the numbers that distinguish
     /// this bank from other banks of the same role. They enter its fingerprint.
     pub(super) fn bank(
-        &self,
-        (shape, partition): (Shape, Partition),
-        role: &str,
-        marks: &[f64],
-        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Send + Sync + 'static,
-    ) -> Result<Ensembles, TuningError> {
-        self.bank_of((shape, partition), role, marks, Outputs::tuned(shape.outputs), draft)
-    }
-
-    /// As [`bank`](Self::bank), with outputs of any kind.
-    pub(super) fn bank_of(
         &self,
         (shape, partition): (Shape, Partition),
         role: &str,
