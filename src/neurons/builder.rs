@@ -128,8 +128,8 @@ impl PointerDraw {
     pub const FED: Self =
         Self { points: 3, norms: [0.4 * POINTER_ROOM, POINTER_ROOM], ..Self::FLOW };
     /// For a value that is kept. A memory drifts by the error of its decoding (Eliasmith and Anderson 2003, section 8.2), so
-    /// its norms are those that it holds, and little is given away for less noise: the synapse of the loop averages noise,
-    /// while the error adds up.
+    /// its norms are those that it holds. A smaller regularisation trades that error, which adds up, for noise, which the
+    /// synapse of the loop averages.
     pub const MEMORY: Self =
         Self { points: 3, norms: [0.88, 1.1], mirrored: true, regularisation: 0.1 };
 }
