@@ -41,6 +41,16 @@ pub(super) struct Outputs {
     pub special: Vec<Special>,
     /// Whether neurons are drawn by the tuning, so that its greatest rate must be possible.
     pub tuned: bool,
+    /// Factor on the regularisation of the tuning.
+    pub regularisation: f64,
+}
+
+impl Outputs {
+    /// One function of some width, from neurons that are drawn by the tuning.
+    fn tuned(width: usize) -> Self {
+        let functions = vec![("out".into(), width)];
+        Self { functions, special: Vec::new(), tuned: true, regularisation: 1.0 }
+    }
 }
 
 /// Ensembles of one dimension, one for each component of a vector.
@@ -106,17 +116,22 @@ pub(super) struct PointerDraw {
     /// Whether each second neuron is the mirror image of the one before it. What they decode then has no error of even
     /// order: none at 0, and the same with the other sign at an opposite value.
     mirrored: bool,
+    /// Factor on the regularisation of the decoders.
+    regularisation: f64,
 }
 
 impl PointerDraw {
     /// For a value that is passed on.
-    const FLOW: Self = Self { points: 1, norms: [0.0, POINTER_ROOM], mirrored: false };
+    pub const FLOW: Self =
+        Self { points: 1, norms: [0.0, POINTER_ROOM], mirrored: false, regularisation: 1.0 };
     /// For a value that is fed back, and decays.
     pub const FED: Self =
-        Self { points: 3, norms: [0.4 * POINTER_ROOM, POINTER_ROOM], mirrored: false };
+        Self { points: 3, norms: [0.4 * POINTER_ROOM, POINTER_ROOM], ..Self::FLOW };
     /// For a value that is kept. A memory drifts by the error of its decoding (Eliasmith and Anderson 2003, section 8.2), so
-    /// its norms are those that it holds.
-    pub const MEMORY: Self = Self { points: 3, norms: [0.88, 1.1], mirrored: true };
+    /// its norms are those that it holds. A smaller regularisation trades that error, which adds up, for noise, which the
+    /// synapse of the loop averages.
+    pub const MEMORY: Self =
+        Self { points: 3, norms: [0.88, 1.1], mirrored: true, regularisation: 0.1 };
 }
 
 impl PopulationBuilder<'_> {
@@ -148,6 +163,17 @@ impl PopulationBuilder<'_> {
         &self,
         role: &str,
         of: &Components,
+        function: &(dyn Fn(f64) -> f64 + Sync),
+    ) -> Result<Ensembles, TuningError> {
+        self.components_from(role, of, PointerDraw::FLOW, function)
+    }
+
+    /// As [`components`](Self::components), solved with the regularisation of a draw.
+    pub(super) fn components_from(
+        &self,
+        role: &str,
+        of: &Components,
+        PointerDraw { regularisation, .. }: PointerDraw,
         function: &(dyn Fn(f64) -> f64 + Sync),
     ) -> Result<Ensembles, TuningError> {
         let radius = of.radius;
@@ -184,9 +210,12 @@ impl PopulationBuilder<'_> {
                 vec![low, radius, mean - Tuning::default().item_spread]
             }
         };
-        let marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
+        let mut marks: Vec<f64> = wanted.iter().copied().chain(own_marks).collect();
+        // Stored populations that were there before keep their fingerprints.
+        marks.extend(Some(regularisation).filter(|factor| *factor != 1.0));
         let (spec, onset) = (self.spec.clone(), of.onset);
-        self.bank((shape, partition), role, &marks, move |_, seed| {
+        let outputs = Outputs { regularisation, ..Outputs::tuned(1) };
+        self.bank((shape, partition), role, &marks, outputs, move |_, seed| {
             let neurons = match onset {
                 Onset::Anywhere => spec.scalar(neurons, seed)?,
                 Onset::Above(_) => {
@@ -235,12 +264,13 @@ impl PopulationBuilder<'_> {
         let points = (neurons * 3 / 2).clamp(300, 2_000) * draw.points;
         let partition = self.balance.partition(shape, 1);
         let spec = self.spec.clone();
-        let PointerDraw { norms: [low, high], mirrored, .. } = draw;
+        let PointerDraw { norms: [low, high], mirrored, regularisation, .. } = draw;
         let mut marks = vec![ball, usual, points as f64];
         if mirrored {
-            marks.extend([low, high]);
+            marks.extend([low, high, regularisation]);
         }
-        self.bank((shape, partition), "pointer", &marks, move |_, seed| {
+        let outputs = Outputs { regularisation, ..Outputs::tuned(dims) };
+        self.bank((shape, partition), "pointer", &marks, outputs, move |_, seed| {
             let mut rng = seed.rng();
             let mut neurons = spec.directions(&shape, &mut rng)?;
             if mirrored {
@@ -265,19 +295,6 @@ impl PopulationBuilder<'_> {
         (shape, partition): (Shape, Partition),
         role: &str,
         marks: &[f64],
-        draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Send + Sync + 'static,
-    ) -> Result<Ensembles, TuningError> {
-        let functions = vec![("out".into(), shape.outputs)];
-        let outputs = Outputs { functions, special: Vec::new(), tuned: true };
-        self.bank_of((shape, partition), role, marks, outputs, draft)
-    }
-
-    /// As [`bank`](Self::bank), with outputs of any kind.
-    pub(super) fn bank_of(
-        &self,
-        (shape, partition): (Shape, Partition),
-        role: &str,
-        marks: &[f64],
         outputs: Outputs,
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Send + Sync + 'static,
     ) -> Result<Ensembles, TuningError> {
@@ -298,7 +315,8 @@ impl PopulationBuilder<'_> {
                 Arc::new(solved.find(self.path, fingerprint, shape)?.only(own))
             }
             (None, own) => {
-                let (dt_s, regularisation) = (self.dt_s, tuning.regularisation);
+                let dt_s = self.dt_s;
+                let regularisation = tuning.regularisation * outputs.regularisation;
                 let (model, special) = (&**model, &*outputs.special);
                 let recipe =
                     Recipe { model, dt_s, shape, regularisation, seed, fingerprint, own, special };

@@ -315,8 +315,8 @@ fn a_state_remembers_as_well_as_that_of_the_reference() {
         })
         .collect();
     let mean = cosines.iter().sum::<Real>() / 5.0;
-    // The reference over thirty seeds: 0.72 to 0.88, mean 0.80. Neurons that are not in pairs: 0.73 to 0.84, mean 0.785.
-    assert!(mean > 0.81, "{cosines:?}");
+    // The reference over thirty seeds: 0.72 to 0.88, mean 0.81. With the regularisation of other populations: mean 0.83.
+    assert!(mean > 0.845, "{cosines:?}");
 }
 
 #[test]

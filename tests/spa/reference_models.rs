@@ -232,10 +232,11 @@ fn as_often(
 
 #[test]
 #[ignore = "long: two minutes"]
-fn remembered_pairs_are_cleaned_up_and_recalled_nearly_as_often_as_by_the_reference() {
-    // Of the clean-ups 81% are right, 85% of the reference: two and a half standard errors of so many networks allow that.
-    as_often("cleaned", cleaned, (20.0, 12), 2.5);
-    as_often("recalled", recalled, (8.0, 12), 2.5);
+fn remembered_pairs_are_cleaned_up_and_recalled_as_often_as_by_the_reference() {
+    // Over 40 networks for each vocabulary 85% of the clean-ups are right; of the reference 83% over 20, and 85% over the
+    // four of the fixture. Exact maths has 80%: it errs where crosstalk favours another name.
+    as_often("cleaned", cleaned, (20.0, 12), 1.5);
+    as_often("recalled", recalled, (8.0, 12), 1.5);
 }
 
 #[test]

@@ -19,7 +19,7 @@ impl Work<'_> {
     ) {
         if self.shape.is_few() {
             few(model, self, state, out);
-        } else if self.shape.outputs == 1 && self.spikes {
+        } else if self.shape.outputs == 1 {
             // All decoders are read, one after the other: what is not yet decoded stays nearer in the cache.
             many::<M, BLOCK>(model, self, state, out);
         } else {
@@ -32,7 +32,7 @@ impl Work<'_> {
 ///
 /// Compilers turn every pass without branches into wide instructions. Only the last pass of ensembles with several
 /// outputs visits the active neurons alone. So many neurons (`AT_ONCE`) are encoded and decoded together: [`BLOCK`] of ensembles
-/// with one output of spikes, whose decoders are all read, and otherwise [`SPAN`].
+/// with one output, whose decoders are all read, and otherwise [`SPAN`].
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
     "x86_64+avx2",

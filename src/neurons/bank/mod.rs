@@ -15,8 +15,8 @@
 //! One pass computes currents. A second pass, by the neuron model, computes the activity of one block of neurons after
 //! another. A third pass decodes (`decode.rs`). With several outputs it adds only the decoders of the neurons that are
 //! active (event-driven), of up to seven blocks at once: the rows are scattered over memory, and reads that do not wait
-//! for one another take little longer than one. With one output of spikes it adds all decoders times the activity,
-//! which costs less than finding the neurons that fired. The loop skips resting ensembles that their input cannot wake.
+//! for one another take little longer than one. With one output it adds all decoders times the activity,
+//! which costs less than finding the neurons that are active. The loop skips resting ensembles that their input cannot wake.
 //! Skipping does not change the bits.
 //!
 //! # Memory traffic
@@ -331,7 +331,6 @@ impl Bank {
             dt_s: self.dt_s as Real,
             shape,
             variables: self.variables.len(),
-            spikes: self.firing != Firing::Rates,
             unit_hz: if self.firing == Firing::Rates { 1.0 } else { (1.0 / self.dt_s) as Real },
             shift,
             quiet: if shift <= -self.silencing { self.quiet } else { -1.0 },

@@ -13,8 +13,6 @@ pub struct Work<'a> {
     pub(super) shape: Shape,
     /// Number of variables of a neuron's state.
     pub(super) variables: usize,
-    /// Whether the activity is spikes, not a rate.
-    pub(super) spikes: bool,
     /// The rate in Hz that one unit of activity stands for.
     pub(super) unit_hz: Real,
     /// Current added to every neuron: 0 while the gate is fully open, below 0 otherwise.

@@ -448,6 +448,7 @@ impl Layer for Ensemble {
             functions: functions.collect(),
             special,
             tuned: settings.draws_rates_by_plan(),
+            regularisation: 1.0,
         };
         let partition = builder.balance.partition(shape, 1);
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
@@ -460,8 +461,7 @@ impl Layer for Ensemble {
             let (values, wanted) = (values.clone(), wanted.clone());
             Ok(Draft { neurons, radius, points: Points { values, wanted, outputs } })
         };
-        let mut ensembles =
-            builder.bank_of((shape, partition), "ensemble", &marks, decoded, draft)?;
+        let mut ensembles = builder.bank((shape, partition), "ensemble", &marks, decoded, draft)?;
         starts.iter().for_each(|(name, start)| ensembles.bank.start(name, *start));
         if !self.exposed {
             return Ok(Populated::new(self.direct(), ensembles, self.clone()));

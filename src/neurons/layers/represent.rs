@@ -85,9 +85,9 @@ impl Represent {
     }
 
     /// States that the value is fed back to the input with the weight 1. A memory drifts by the error of its decoding (Eliasmith
-    /// and Anderson 2003, section 8.2), so the decoders of a pointer are then solved from more evaluation points, of norms
-    /// near the radius, and its neurons come in pairs of opposite encoders, unless these are Hadamard encoders. Far below the
-    /// radius it is decoded worse: what is empty drifts.
+    /// and Anderson 2003, section 8.2), so its decoders are then solved with a tenth of the regularisation: less error, and more
+    /// noise, which the synapse of the loop averages. Those of a pointer are also solved from more evaluation points, of norms
+    /// near the radius, and its neurons come in pairs of opposite encoders, unless these are Hadamard encoders.
     pub fn kept(mut self) -> Self {
         self.memory = Memory::Kept;
         self
@@ -184,7 +184,9 @@ impl Layer for Represent {
             };
             let (onset, keep) = (Onset::Anywhere, Keep::Groups(1));
             let components = Components { width, neurons, radius, onset, keep };
-            builder.components("components", &components, &|x| x)?
+            let draw =
+                if self.memory == Memory::Kept { PointerDraw::MEMORY } else { PointerDraw::FLOW };
+            builder.components_from("components", &components, draw, &|x| x)?
         };
         if self.gated && !ensembles.bank.falls_silent() {
             let expected = "a model whose neurons fall silent at some current, to close a gate";

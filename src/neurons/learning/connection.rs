@@ -49,29 +49,43 @@ pub(super) struct Connection {
     pub shown: Vec<(String, Shown)>,
 }
 
-/// Computes the product of weights and activities. `active` has room for an index per source.
-fn apply(weights: &[f64], pre: &[Real], active: &mut [u32], out: &mut [Real]) {
-    let rows = out.iter_mut().zip(weights.chunks_exact(pre.len()));
-    // Finding the active sources costs more than a few rows.
-    if rows.len() <= FEW_ROWS {
-        rows.for_each(|(out, row)| *out = dot(row, pre) as Real);
-        return;
-    }
-    let mut count = 0;
-    for (eight, of_eight) in pre.chunks(8).enumerate() {
-        if of_eight.iter().fold(0, |bits, a| bits | a.to_bits()) == 0 {
-            continue;
+/// The activities of a tick, with the sources that are active.
+struct Sources<'a> {
+    pre: &'a [Real],
+    /// Indices of the active sources, if they are few: then only their weights are read.
+    few: Option<&'a [u32]>,
+}
+
+impl<'a> Sources<'a> {
+    /// Finds the active sources, for so many outputs. `active` has room for an index per source.
+    fn of(pre: &'a [Real], active: &'a mut [u32], outputs: usize) -> Self {
+        // Finding the active sources costs more than a few rows.
+        if outputs <= FEW_ROWS {
+            return Self { pre, few: None };
         }
-        for (at, a) in of_eight.iter().enumerate() {
-            active[count] = (8 * eight + at) as u32;
-            count += usize::from(*a != 0.0);
+        let mut count = 0;
+        for (eight, of_eight) in pre.chunks(8).enumerate() {
+            if of_eight.iter().fold(0, |bits, a| bits | a.to_bits()) == 0 {
+                continue;
+            }
+            for (at, a) in of_eight.iter().enumerate() {
+                active[count] = (8 * eight + at) as u32;
+                count += usize::from(*a != 0.0);
+            }
         }
+        Self { pre, few: (4 * count <= pre.len()).then_some(&active[..count]) }
     }
-    let active = &active[..count];
-    let few = 4 * count <= pre.len();
-    for (out, row) in rows {
-        let add = |sum: f64, at: &u32| sum + row[*at as usize] * f64::from(pre[*at as usize]);
-        *out = if few { active.iter().fold(0.0, add) } else { dot(row, pre) } as Real;
+
+    /// Returns the product of a row of weights and the activities.
+    fn through(&self, row: &[f64]) -> Real {
+        let add = |sum: f64, at: &u32| sum + row[*at as usize] * f64::from(self.pre[*at as usize]);
+        self.few.map_or_else(|| dot(row, self.pre), |active| active.iter().fold(0.0, add)) as Real
+    }
+
+    /// Computes the product of all weights and the activities.
+    fn apply(&self, weights: &[f64], out: &mut [Real]) {
+        let rows = out.iter_mut().zip(weights.chunks_exact(self.pre.len()));
+        rows.for_each(|(out, row)| *out = self.through(row));
     }
 }
 
@@ -129,19 +143,21 @@ impl Connection {
         &inputs.get(0)[self.pre.1.clone()]
     }
 
-    /// Changes all weights, and writes the changes to `delta` if it has room for them. Returns whether the weights are
-    /// finite.
+    /// Changes all weights, and writes the changes to `delta` if it has room for them. `before` gets each row before it
+    /// changes: a row that is in the cache is read twice at the cost of once. Returns whether the weights are finite.
     fn learn(
         &self,
         weights: &mut [f64],
         states: &[f64],
         (tick, inputs): (LearningTick<'_>, Inputs<'_>),
+        mut before: impl FnMut(usize, &[f64]),
         delta: &mut [Real],
     ) -> bool {
         let (columns, learnt) = (self.shape.inputs, weights.len());
         let mut unsound = 0.0;
         let state = |rule: &Placed| &states[rule.state.start - learnt..rule.state.end - learnt];
         for (row, weights) in weights.chunks_exact_mut(columns).enumerate() {
+            before(row, weights);
             let leaves = |placed: &Placed| {
                 placed.rule.leaves(&placed.tick(tick, inputs), state(placed), row)
             };
@@ -283,7 +299,9 @@ impl Node for Running {
     fn emit(&self, _cx: &StepCx<'_>, io: &mut EmitIo<'_>) {
         let all: &[f64] = bytemuck::cast_slice(io.state.longs);
         let weights = &all[..self.of.start.len()];
-        apply(weights, self.of.pre(io.inputs), io.scratch.words, io.outputs.get_mut(0));
+        let outputs = self.of.shape.outputs;
+        let sources = Sources::of(self.of.pre(io.inputs), io.scratch.words, outputs);
+        sources.apply(weights, io.outputs.get_mut(0));
     }
 
     fn advance(&self, cx: &StepCx<'_>, io: &mut AdvanceIo<'_>) -> Result<(), NodeFault> {
@@ -291,12 +309,17 @@ impl Node for Running {
         let all: &mut [f64] = bytemuck::cast_slice_mut(io.state.longs);
         let (weights, states) = all.split_at_mut(of.start.len());
         let (pre, output) = (of.pre(inputs), &mut io.scratch.reals[..of.shape.outputs]);
-        if !of.emits || of.rules.iter().any(|rule| rule.needs.output) {
-            apply(weights, pre, io.scratch.words, output);
-        }
-        if !of.emits {
-            io.outputs.get_mut(0).copy_from_slice(output);
-        }
+        let sources = Sources::of(pre, io.scratch.words, of.shape.outputs);
+        // What no rule is told is computed row by row, while the rules change the weights.
+        let (output, later): (&[Real], &mut [Real]) =
+            match (of.rules.iter().any(|rule| rule.needs.output), of.emits) {
+                (true, _) => {
+                    sources.apply(weights, output);
+                    (output, &mut [])
+                }
+                (false, true) => (&[], &mut []),
+                (false, false) => (&[], output),
+            };
         let learning_at = 1 + usize::from(of.post.is_some());
         let tick = LearningTick {
             dt_s: cx.dt_s(),
@@ -323,9 +346,17 @@ impl Node for Running {
             None => &mut [],
         };
         let mut finite = true;
-        match tick.learning == 0.0 {
-            true => delta.fill(0.0),
-            false => finite = of.learn(weights, states, (tick, inputs), delta),
+        if tick.learning == 0.0 {
+            sources.apply(weights, later);
+            delta.fill(0.0);
+        } else {
+            let before = |row: usize, weights: &[f64]| {
+                later.iter_mut().skip(row).take(1).for_each(|out| *out = sources.through(weights));
+            };
+            finite = of.learn(weights, states, (tick, inputs), before, delta);
+        }
+        if !of.emits {
+            io.outputs.get_mut(0).copy_from_slice(if later.is_empty() { output } else { later });
         }
         if !finite {
             let reason = "a weight is no longer a finite number; use a smaller learning rate";

@@ -74,13 +74,6 @@ impl Lif {
         self.amplitude * rate(current, self.tau_rc_s, self.tau_ref_s)
     }
 
-    /// Returns the rate as a function of the current, in single precision.
-    pub(super) fn rate_of(&self) -> impl Fn(Real) -> Real + use<> {
-        let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
-        let amplitude = self.amplitude as Real;
-        move |current| amplitude * rate(current, tau_rc, tau_ref)
-    }
-
     /// Adds the parameters to a hash. Neurons that are as they always were keep the hash, and so the start, that they
     /// always had.
     pub(super) fn add_to(&self, hash: &mut Fingerprint) {

@@ -35,20 +35,11 @@ impl NeuronModel for LifRate {
         self.0.rates_single(currents);
     }
 
-    fn firing(&self) -> Firing {
-        Firing::Rates
-    }
-
     fn state(&self) -> Vec<Variable> {
         Vec::new()
     }
 
-    fn step(&self, block: Block<'_>) {
-        let rate = self.0.rate_of();
-        for (activity, current) in block.activity.iter_mut().zip(block.currents) {
-            *activity = rate(*current);
-        }
-    }
+    fires_its_rates!();
 
     fn rest_below(&self) -> f64 {
         1.0

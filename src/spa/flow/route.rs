@@ -93,7 +93,9 @@ impl Route {
     }
 
     /// Puts a synapse on the connection into the input. The default is none, because modules filter their outputs.
-    /// It replaces the 5 ms of bare layers, if the expression has no other outputs. For a constant that a
+    /// It replaces the 5 ms of bare layers, such as ensembles, if the expression has no other outputs; beside others, what is
+    /// scaled or transformed of a bare layer has the 5 ms too. So give the loop of a recurrent ensemble a route of its own:
+    /// `(a.output("x").transform(rows) >> &a).via(slow)` beside `(&input >> &a).via(slow)`. For a constant that a
     /// [rule](super::Rules) lets pass, none stands for 5 ms.
     pub fn via(mut self, synapse: Synapse) -> Self {
         self.via = synapse;

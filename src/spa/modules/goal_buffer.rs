@@ -142,7 +142,8 @@ impl<K: FlowKind> Module for GatedMemory<K> {
             constant: vec![0.0; K::width(&self.shape)],
         };
         let layer = Represent::new::<K>(specs().0, specs().1, radius);
-        let held: Ports<K> = scope.represent("held", if split { layer.split() } else { layer });
+        let layer = if split { layer.split() } else { layer.kept() };
+        let held: Ports<K> = scope.represent("held", layer);
         let memory = scope.add("memory", add());
         let output = scope.add("output", add());
         let difference = scope.add("difference", superpose(&[1.0, -1.0]));

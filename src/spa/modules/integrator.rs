@@ -75,7 +75,7 @@ impl<K: FlowKind> Module for Integrator<K> {
             weights: vec![weight],
             constant: vec![0.0; K::width(&self.shape)],
         };
-        let held = Represent::new::<K>(specs().0, specs().1, self.radius);
+        let held = Represent::new::<K>(specs().0, specs().1, self.radius).kept();
         let held: Ports<K> = scope.represent("held", held);
         let [input, output] =
             ["sum", "output"].map(|name| scope.add(name, Add::of(specs().0, specs().1)));
