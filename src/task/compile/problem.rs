@@ -217,7 +217,9 @@ impl<'d> Problem<'d> {
             matches!(goal.quantity, Quantity::AtLeast(_))
                 && self.tests_of(goal).iter().all(|test| test.holds(now))
         };
-        for goal in self.goals.iter().filter(|goal| !held(goal)) {
+        // A term about all objects of a kind says nothing where there are none, unless nothing else is asked for.
+        let idle = |goal: &&GoalTerm| self.tests_of(goal).is_empty() && !self.goal_tests.is_empty();
+        for goal in self.goals.iter().filter(|goal| !held(goal) && !idle(goal)) {
             let state = &self.domain.states[goal.state];
             let name = || state.name.clone();
             if !achieved.contains(&goal.state) {
