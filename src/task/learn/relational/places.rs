@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::Vector3;
 use statrs::function::gamma::ln_gamma;
 
 use super::frames::Frames;
@@ -16,6 +17,10 @@ const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
 pub(super) const NUDGED: f64 = 0.1;
+/// Number of objects that come to a cluster by themselves, and their spread as a share of the way, from which and up to which it
+/// was meant.
+const MEANT: usize = 3;
+const ONE_WAY: f64 = 0.25;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
 /// Evidence for tight places in which poses coincide, in nats.
@@ -198,6 +203,27 @@ impl Frames<'_, '_> {
         on
     }
 
+    /// Returns whether objects came to a cluster by themselves and all in one way, such as screws that are driven in: nudges go this
+    /// way and that. `owner` is the cluster of each rest.
+    fn is_meant(&self, group: &Group, owner: &[Option<usize>]) -> bool {
+        let motion = self.motion;
+        let by = group.rests.iter().map(|now| {
+            let before = motion.previous(*now)?;
+            let carried = motion.rests[*now].came == Came::Carried && owner[before] != owner[*now];
+            let ends = self.pose(before, group.frame).zip(self.pose(*now, group.frame));
+            let (a, b) = ends.filter(|_| carried)?;
+            Some(Vector3::from(b.position) - Vector3::from(a.position))
+        });
+        let Some(by) = by.collect::<Option<Vec<Vector3<f64>>>>() else { return false };
+        let demos: BTreeSet<usize> = group.rests.iter().map(|r| motion.rests[*r].demo).collect();
+        let mean = by.iter().sum::<Vector3<f64>>() / by.len() as f64;
+        let off = by.iter().map(|by| (by - mean).norm_squared()).sum::<f64>() / by.len() as f64;
+        // Two positions of three coordinates.
+        let noise = 6.0 * motion.noise.position_m.powi(2);
+        let alike = off <= (ONE_WAY * mean.norm()).powi(2) + noise;
+        by.len() >= MEANT && demos.len() > 1 && alike && mean.norm() > motion.least.0
+    }
+
     /// Joins clusters between which objects were only nudged: moved by no attempt, and much less than attempts move them.
     pub fn without_nudges(&self, kind: usize, mut groups: Vec<Group>) -> Vec<Group> {
         let mut moved: Vec<f64> = (self.motion.attempts.iter())
@@ -217,7 +243,8 @@ impl Frames<'_, '_> {
         }
         let mut a = 0;
         while a < groups.len() {
-            let nudged = groups[a].rests.iter().find_map(|now| {
+            let meant = self.is_meant(&groups[a], &owner);
+            let nudged = groups[a].rests.iter().filter(|_| !meant).find_map(|now| {
                 let rest = &self.motion.rests[*now];
                 let before = self.motion.previous(*now)?;
                 let far = self.motion.rests[before].pose.distance(&rest.pose);

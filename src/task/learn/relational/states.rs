@@ -64,6 +64,9 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         }
         let (groups, turns) = frames.groups(kind);
         let groups = frames.without_nudges(kind, groups);
+        let (groups, sides): (Vec<Group>, Vec<bool>) = frames.by_side(groups).into_iter().unzip();
+        // Sides are told by orientations.
+        let turns = turns || sides.contains(&true);
         let together = frames.together(groups).into_iter();
         all.extend(together.map(|places| (kind, turns, places)));
     }
