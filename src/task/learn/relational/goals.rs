@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::motion::Motion;
 use super::operators::scene;
 use super::states::{States, least_support};
-use crate::task::domain::{GoalTerm, Place, Quantity, RelationalOperator, Situation};
+use crate::task::domain::{GoalTerm, Origin, Place, Quantity, RelationalOperator, Situation};
 use crate::task::learn::NoGoal;
 
 /// Share of the demonstrations that have to end with a term fulfilled.
@@ -63,11 +63,18 @@ pub(super) fn goals(
     for state in 0..found.states.len() {
         let Some((quantity, held, of)) = ends.quantity(state) else { continue };
         if achieved.contains(&state) {
-            let term = GoalTerm { state, quantity, reference: None, held, of };
+            let term = GoalTerm { state, or: Vec::new(), quantity, reference: None, held, of };
             terms.push((ends.completed(state), term));
         } else {
             unachieved.push(state);
         }
+    }
+    for (state, or, held) in ends.dealt(&achieved) {
+        // Of the terms of its states, this is what they were for.
+        terms.retain(|(_, term)| term.state != state && !or.contains(&term.state));
+        let completed = or.iter().map(|s| ends.completed(*s)).fold(ends.completed(state), f64::max);
+        let (quantity, of) = (Quantity::EachObject, ends.last.len());
+        terms.push((completed, GoalTerm { state, or, quantity, reference: None, held, of }));
     }
     terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
     let goals: Vec<usize> = terms.iter().map(|(_, term)| term.state).collect();
@@ -181,6 +188,34 @@ impl Ends<'_, '_> {
             None => return self.quantity_where_present(state),
         };
         Some((quantity, held, of))
+    }
+
+    /// Returns the terms that every object of a kind is in one of several states, as a state, the others, and the number of
+    /// demonstrations that end so: different numbers of objects were all put somewhere, in no state all of them, and in several
+    /// states at once.
+    fn dealt(&self, achieved: &BTreeSet<usize>) -> Vec<(usize, Vec<usize>, usize)> {
+        let states = &self.found.states;
+        let kinds: BTreeSet<&str> = achieved.iter().map(|s| &*states[*s].kind).collect();
+        let own = |kind: &str| {
+            let ends = self.last.iter().map(|(d, end)| {
+                let all: Vec<usize> = self.of_kind(*d, kind).collect();
+                let of: Option<Vec<usize>> =
+                    all.iter().map(|t| end[*t].as_ref().map(|fact| fact.state)).collect();
+                Some((all.len(), of?.into_iter().collect::<BTreeSet<usize>>()))
+            });
+            let ends: Vec<(usize, BTreeSet<usize>)> = ends.collect::<Option<_>>()?;
+            let all: BTreeSet<usize> = ends.iter().flat_map(|(_, of)| of.iter().copied()).collect();
+            let put =
+                all.iter().all(|s| achieved.contains(s) && states[*s].origin == Origin::Placed);
+            let numbers: BTreeSet<usize> = ends.iter().map(|(count, _)| *count).collect();
+            let several = ends.iter().filter(|(_, of)| of.len() > 1).count();
+            let one = all.iter().any(|s| ends.iter().all(|(_, of)| of.len() < 2 && of.contains(s)));
+            let dealt = put && !one && numbers.len() > 1 && several > 1 && all.len() > 1;
+            let mut all = all.into_iter();
+            let first = all.next().filter(|_| dealt)?;
+            Some((first, all.collect(), ends.len()))
+        };
+        kinds.into_iter().filter_map(own).collect()
     }
 
     /// Returns the term that every object of a state's kind is in the state, if the kind is missing from some demonstrations and

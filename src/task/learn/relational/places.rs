@@ -340,6 +340,17 @@ impl Frames<'_, '_> {
                 *moves.entry(ends).or_default() += 1;
             }
         }
+        // What objects do by themselves tells clusters apart as well, if no attempt leads there.
+        for (index, group) in groups.iter().enumerate() {
+            let came = |rest: &usize| self.motion.rests[*rest].came;
+            if group.rests.iter().all(|rest| came(rest) == Came::Carried) {
+                for before in group.rests.iter().filter_map(|rest| self.motion.previous(*rest)) {
+                    let from = owner.get(&before).filter(|from| **from != index);
+                    from.into_iter()
+                        .for_each(|from| *moves.entry((*from, index)).or_default() += 1);
+                }
+            }
+        }
         let found: Vec<bool> = groups
             .iter()
             .map(|g| {
