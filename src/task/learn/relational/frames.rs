@@ -134,15 +134,39 @@ impl<'m, 'r> Frames<'m, 'r> {
 
     /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.
     fn follow_containers(&mut self) {
-        for (now, rest) in self.motion.rests.iter().enumerate() {
-            let before = self.motion.previous(now).filter(|_| rest.came == Came::Carried);
-            let Some(before) = before else { continue };
-            let carries = |f: &usize| !self.leaves(before, *f) && self.lies_alike(before, now, *f);
-            if (1..=self.kinds.len()).any(|f| carries(&f)) {
-                self.carried_from.insert(now, before);
-                self.carried_to.insert(before, now);
+        loop {
+            let known = self.carried_from.len();
+            for (now, rest) in self.motion.rests.iter().enumerate() {
+                let before = self.motion.previous(now).filter(|_| rest.came == Came::Carried);
+                let before = before.filter(|_| !self.carried_from.contains_key(&now));
+                let Some(before) = before else { continue };
+                let carries = |f: &usize| {
+                    !self.leaves(before, *f)
+                        && self.lies_alike(before, now, *f)
+                        && !self.goes_along(now, *f)
+                };
+                if (1..=self.kinds.len()).any(|f| carries(&f)) {
+                    self.carried_from.insert(now, before);
+                    self.carried_to.insert(before, now);
+                }
+            }
+            if self.carried_from.len() == known {
+                break;
             }
         }
+    }
+
+    /// Returns whether the reference of a rest in the frame of its own kind came there as the object did: of two that slide up in a
+    /// queue, neither carries the other. What an attempt moved, or what something else carried, carries.
+    fn goes_along(&self, now: usize, frame: usize) -> bool {
+        let own_kind = self.motion.kind(&self.motion.rests[now]) == &*self.kinds[frame - 1];
+        let track = self.reference(now, frame).map(|(track, _)| track);
+        let there = track.and_then(|track| self.rest_during(now, track));
+        own_kind
+            && there.is_some_and(|there| {
+                let came = self.motion.rests[there].came;
+                came == Came::Carried && !self.carried_from.contains_key(&there)
+            })
     }
 
     /// Returns the rest in which an object came into its container.

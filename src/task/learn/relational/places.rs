@@ -275,8 +275,42 @@ impl Frames<'_, '_> {
         groups
     }
 
-    /// Splits a cluster that is broad because it consists of several places, each of them tight, if that is more likely.
-    pub fn split(&self, group: Group, likelihood: &Likelihood) -> Vec<Group> {
+    /// Splits clusters that are broad because they consist of several places, each of them tight, if that is more likely. What is
+    /// put so carefully at other places of the frame has places here too.
+    pub fn split_all(&self, groups: Vec<Group>, likelihood: &Likelihood) -> Vec<Vec<Group>> {
+        let split = groups.into_iter().map(|group| self.split(group, likelihood, COINCIDENCES));
+        let split: Vec<Vec<Group>> = split.collect();
+        let careful = |group: &Group| {
+            group.rests.len() > 1
+                && group.rests.iter().all(|rest| self.was_put(*rest))
+                && self.is_tight(group, likelihood)
+        };
+        let tight: BTreeSet<usize> =
+            split.iter().flatten().filter(|group| careful(group)).map(|g| g.frame).collect();
+        let again = |mut places: Vec<Group>| match (places.pop(), places.is_empty()) {
+            (Some(whole), true) if tight.contains(&whole.frame) => {
+                self.split(whole, likelihood, 0.0)
+            }
+            (last, _) => places.into_iter().chain(last).collect(),
+        };
+        split.into_iter().map(again).collect()
+    }
+
+    /// Returns whether the positions of a cluster agree as those of careful placing do.
+    fn is_tight(&self, group: &Group, likelihood: &Likelihood) -> bool {
+        let sums = group.rests.iter().map(|rest| self.sums(*rest, group.frame));
+        let sums: Option<Vec<Sums>> = sums.collect();
+        let extent = self.extent_in(group.frame);
+        sums.and_then(|all| all.into_iter().reduce(|a, b| a.add(&b))).is_some_and(|sum| {
+            let careful =
+                |i: usize| likelihood.is_careful(group.rests.len(), &sum.position[i], extent[i]);
+            (0..3).all(careful)
+        })
+    }
+
+    /// Splits a cluster if it is more likely, from as much evidence of coinciding poses as `from`, in nats; without any, one place
+    /// of two poses is enough.
+    fn split(&self, group: Group, likelihood: &Likelihood, from: f64) -> Vec<Group> {
         let poses = group.rests.iter().map(|r| Some((*r, self.sums(*r, group.frame)?)));
         let Some(poses) = poses.collect::<Option<Vec<(usize, Sums)>>>() else { return vec![group] };
         let extent = self.extent_in(group.frame);
@@ -298,16 +332,20 @@ impl Frames<'_, '_> {
         let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
         let (mut places, mut gain) =
             coincidences(poses.clone(), least, likelihood.scale_m, |r| self.motion.rests[r].demo);
-        if gain < COINCIDENCES || 2 * places.len() > poses.len() {
+        let most = if from > 0.0 { poses.len() / 2 } else { poses.len().saturating_sub(1) };
+        if gain < from || places.len() > most {
             (places, gain) = modes(poses, least, &logs, &|rest| self.lies_on(rest));
         }
-        let sparse = 2 * places.len() > group.rests.len();
         let tight = |p: &Place| {
             let whole = total(p);
             let careful = |i: usize| likelihood.is_careful(p.len(), &whole.position[i], extent[i]);
             p.len() == 1 || (0..3).all(careful)
         };
-        if places.len() < 2 || sparse || gain < PLACES || !places.iter().all(tight) {
+        if places.len() < 2
+            || places.len() > most
+            || gain < PLACES.min(from)
+            || !places.iter().all(tight)
+        {
             return vec![group];
         }
         let of = |place: &Place| Group {
