@@ -228,3 +228,51 @@ fn bricks_beside_each_other_lie_on_the_tray_and_not_on_each_other() {
         assert_eq!(frames, ["tray", "tray"], "seed {seed}");
     }
 }
+
+#[test]
+fn a_hook_that_was_used_once_faces_another_one_and_is_no_end_of_a_rail() {
+    let used: [&[usize]; 5] = [&[0, 1], &[2, 0], &[1, 2], &[0, 3], &[2]];
+    for mm_deg in [0.0, 1.0] {
+        let mut draw = Draw(61);
+        let shown = recording(used.iter().map(|hooks| {
+            let tree = draw.fixture(0.2);
+            let hook = |k: usize| {
+                let (sin, cos) = (90.0 * k as f64).to_radians().sin_cos();
+                let z = if k % 2 == 1 { 0.05 } else { -0.05 };
+                on(&tree, &flat(0.06 * cos, 0.06 * sin, z, 90.0 * k as f64))
+            };
+            let mut things = vec![("tree", tree)];
+            things.extend(hooks.iter().map(|_| ("mug", draw.lying(0.05))));
+            let moves: Vec<(usize, Pose)> =
+                hooks.iter().enumerate().map(|(i, k)| (1 + i, hook(*k))).collect();
+            shown(objects(&things), &moves)
+        }));
+        let domain = learned(&noisy(&shown, mm_deg, 4));
+        let states = put(&domain, "mug");
+        assert_eq!((states.len(), states[0].places.len()), (1, 4), "{mm_deg} mm: {states:#?}");
+        let mut open = states[0].places.iter().flat_map(|p| p.coordinates).filter(|c| c.is_open());
+        assert!(open.next().is_none(), "{mm_deg} mm: {states:#?}");
+    }
+}
+
+#[test]
+fn what_lay_far_away_in_one_direction_of_a_fixture_by_chance_lies_about() {
+    let mut draw = Draw(71);
+    let domain = learned(&recording((0..5).map(|_| {
+        let bracket = flat(draw.within(0.0, 0.4), draw.within(0.2, 0.5), 0.05, 0.0);
+        // The scene is wide, and the area narrow.
+        let lying = flat(draw.within(-0.28, 0.0), draw.within(-0.68, -0.57), -0.04, draw.yaw());
+        let things = vec![
+            ("bracket", bracket),
+            ("cover", on(&bracket, &lying)),
+            ("plug", flat(draw.within(-0.8, 0.8), draw.within(-0.8, 0.0), 0.01, draw.yaw())),
+        ];
+        let moves = [
+            (2, on(&bracket, &flat(0.06, 0.02, 0.0, draw.yaw()))),
+            (1, on(&bracket, &flat(0.06, 0.02, 0.03, 90.0))),
+        ];
+        shown(objects(&things), &moves)
+    })));
+    let found = domain.states.iter().find(|s| s.kind == "cover" && s.origin == Origin::Found);
+    assert_eq!(found.expect("a state").frame.name(), "world");
+}

@@ -35,6 +35,8 @@ const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0 }
 const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 };
 /// Distance of the middle of an area in which objects lie about, in its diagonals, beyond which it does not belong to a reference.
 const FAR_AREA: f64 = 1.5;
+/// Number of found objects up to which they show no area.
+const FEW_FOUND: usize = 2;
 /// Distance below which an attempt left its object in place, in metres.
 const IN_PLACE_M: f64 = 5e-3;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
@@ -218,7 +220,8 @@ impl Frames<'_, '_> {
                 open.len() > 1 && middle > FAR_AREA * wide
             })
         };
-        while group.frame > 0 && group.rests.iter().all(found) && far(&group) {
+        let several = group.rests.len() > FEW_FOUND && group.rests.iter().all(found);
+        while several && group.frame > 0 && far(&group) {
             group.scores[group.frame] = f64::NEG_INFINITY;
             let best = (0..group.scores.len())
                 .rev()
