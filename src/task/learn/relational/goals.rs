@@ -191,8 +191,7 @@ impl Ends<'_, '_> {
     }
 
     /// Returns the terms that every object of a kind is in one of several states, as a state, the others, and the number of
-    /// demonstrations that end so: different numbers of objects were all put somewhere, in no state all of them, and in several
-    /// states at once.
+    /// demonstrations that end so: different numbers of objects were all put somewhere, and more than once in several states.
     fn dealt(&self, achieved: &BTreeSet<usize>) -> Vec<(usize, Vec<usize>, usize)> {
         let states = &self.found.states;
         let kinds: BTreeSet<&str> = achieved.iter().map(|s| &*states[*s].kind).collect();
@@ -209,8 +208,7 @@ impl Ends<'_, '_> {
                 all.iter().all(|s| achieved.contains(s) && states[*s].origin == Origin::Placed);
             let numbers: BTreeSet<usize> = ends.iter().map(|(count, _)| *count).collect();
             let several = ends.iter().filter(|(_, of)| of.len() > 1).count();
-            let one = all.iter().any(|s| ends.iter().all(|(_, of)| of.len() < 2 && of.contains(s)));
-            let dealt = put && !one && numbers.len() > 1 && several > 1 && all.len() > 1;
+            let dealt = put && numbers.len() > 1 && several > 1;
             let mut all = all.into_iter();
             let first = all.next().filter(|_| dealt)?;
             Some((first, all.collect(), ends.len()))
