@@ -350,7 +350,7 @@ fn term(domain: &RelationalDomain, goal: &GoalTerm) -> Value {
         Quantity::EachObject => (Some(state.kind.as_str()), 1),
     };
     json!({
-        "state": state.name, "each": each, "at_least": at_least,
+        "state": state.name, "or": domain.names(&goal.or), "each": each, "at_least": at_least,
         "references_in": goal.reference.map(|r| &domain.states[r].name),
         "held": goal.held, "of": goal.of, "words": domain.goal_in_words(goal),
     })

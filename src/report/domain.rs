@@ -43,7 +43,7 @@ fn state(domain: &RelationalDomain, state: &FrameState) -> Value {
 /// Returns the places of a state in their frame, with the covariance of their position.
 fn drawn(domain: &RelationalDomain, index: usize) -> Vec<Value> {
     let state = &domain.states[index];
-    let goal = domain.goals.iter().any(|goal| goal.state == index);
+    let goal = domain.goals.iter().any(|goal| goal.states().any(|state| state == index));
     let place = |place: &Place| {
         let mut covariance = [[0.0; 6]; 6];
         for (axis, coordinate) in place.coordinates.iter().enumerate() {

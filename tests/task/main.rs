@@ -42,6 +42,7 @@ mod missing_looks;
 mod modes;
 mod moving;
 mod names;
+mod nobody_prepared;
 mod pddl;
 mod pddl_of_learned_domains;
 mod pddl_of_strangers;

@@ -54,7 +54,12 @@ fn show(objects: &[(&str, [f64; 3])], moves: &[(usize, [f64; 3])]) -> Demonstrat
 }
 
 /// Shows one demonstration: moves as object and new pose.
-pub(super) fn shown(mut objects: Vec<ObjectPose>, moves: &[(usize, Pose)]) -> Demonstration {
+pub(super) fn shown(objects: Vec<ObjectPose>, moves: &[(usize, Pose)]) -> Demonstration {
+    acted(objects, &moves.iter().map(|m| vec![*m]).collect::<Vec<_>>())
+}
+
+/// Shows one demonstration: moves as object and new pose, with what else changes its pose meanwhile.
+pub(super) fn acted(mut objects: Vec<ObjectPose>, moves: &[Vec<(usize, Pose)>]) -> Demonstration {
     let mut snapshots = Vec::new();
     let mut snap = |event, object, objects: &[ObjectPose]| {
         let (number, objects) = (snapshots.len() as u64, objects.to_vec());
@@ -62,10 +67,11 @@ pub(super) fn shown(mut objects: Vec<ObjectPose>, moves: &[(usize, Pose)]) -> De
         snapshots.push(Snapshot { number, event, object, objects, ..Snapshot::default() });
     };
     snap(SnapshotEvent::Start, None, &objects);
-    for (object, pose) in moves {
-        snap(SnapshotEvent::Contact, Some(*object), &objects);
-        objects[*object].pose = *pose;
-        snap(SnapshotEvent::Release, Some(*object), &objects);
+    for changes in moves {
+        let object = changes.first().map(|(object, _)| *object);
+        snap(SnapshotEvent::Contact, object, &objects);
+        changes.iter().for_each(|(object, pose)| objects[*object].pose = *pose);
+        snap(SnapshotEvent::Release, object, &objects);
     }
     snap(SnapshotEvent::End, None, &objects);
     Demonstration { number: 0, snapshots }

@@ -493,7 +493,7 @@ fn the_actions_of_random_domains_are_their_moves() {
             1 if domain.states[state].frame != Frame::World => Quantity::EachReference(1),
             _ => Quantity::AtLeast(1 + any.below(3)),
         };
-        let goal = GoalTerm { state, quantity, reference: None, held: 1, of: 1 };
+        let goal = GoalTerm { state, or: Vec::new(), quantity, reference: None, held: 1, of: 1 };
         let domain = RelationalDomain { goals: vec![goal], ..domain };
         if domain.check().is_err() {
             continue;

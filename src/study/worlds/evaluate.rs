@@ -112,7 +112,8 @@ pub fn evaluate(world: &World, trial: &Trial) -> Result<Evaluation, TaskError> {
     };
     if let Some(state) = domain.other_goals().into_iter().find(meant) {
         let (quantity, of) = (Quantity::AtLeast(1), trial.demos);
-        planned.goals = vec![GoalTerm { state, quantity, reference: None, held: 0, of }];
+        planned.goals =
+            vec![GoalTerm { state, or: Vec::new(), quantity, reference: None, held: 0, of }];
     }
     let (outcomes, trouble) = episodes(world, &planned, trial);
     out.outcomes = outcomes;

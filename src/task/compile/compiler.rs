@@ -143,7 +143,8 @@ impl<'p> Compiler<'p> {
     fn finish(self, goals: Vec<StateId>) -> Result<GroundProblem, ProblemError> {
         let known = &self.problem.domain;
         if self.actions.is_empty() {
-            let states = self.problem.goals.iter().map(|g| known.states[g.state].name.clone());
+            let states = self.problem.goals.iter().flat_map(|goal| goal.states());
+            let states = states.map(|state| known.states[state].name.clone());
             return Err(ProblemError::Nothing { states: states.collect() });
         }
         // An action is harmless if it puts nothing where something else must be clear.

@@ -217,23 +217,24 @@ impl<'d> Problem<'d> {
             matches!(goal.quantity, Quantity::AtLeast(_))
                 && self.tests_of(goal).iter().all(|test| test.holds(now))
         };
-        for goal in self.goals.iter().filter(|goal| !held(goal)) {
+        // A term about all objects of a kind says nothing where there are none, unless nothing else is asked for.
+        let idle = |goal: &&GoalTerm| self.tests_of(goal).is_empty() && !self.goal_tests.is_empty();
+        for goal in self.goals.iter().filter(|goal| !held(goal) && !idle(goal)) {
             let state = &self.domain.states[goal.state];
             let name = || state.name.clone();
-            if !achieved.contains(&goal.state) {
+            if !goal.states().any(|state| achieved.contains(&state)) {
                 let achieved =
                     achieved.iter().map(|s| self.domain.states[*s].name.clone()).collect();
                 return Err(ProblemError::NothingAchieves { state: name(), achieved });
             }
             let references = self.references(&state.frame, None).len();
-            if references == 0 {
+            if references == 0 && goal.or.is_empty() {
                 let kind = state.frame.name().to_owned();
                 return Err(ProblemError::NoReference { state: name(), kind });
             }
             let least = match goal.quantity {
-                Quantity::AtLeast(n) => n,
+                Quantity::AtLeast(_) | Quantity::EachObject => 1,
                 Quantity::EachReference(n) => n * references,
-                Quantity::EachObject => 1,
             };
             let present = self.of_kind(&state.kind).count();
             if present < least {
@@ -291,15 +292,19 @@ impl<'d> Problem<'d> {
     /// Returns the tests of a term of the goal.
     pub(super) fn tests_of(&self, goal: &GoalTerm) -> Vec<Test> {
         let state = &self.domain.states[goal.state];
-        let one = Test::of([goal.state]);
+        let one = Test::of(goal.states());
+        let present = self.of_kind(&state.kind).count();
         match goal.quantity {
             Quantity::AtLeast(0) | Quantity::EachReference(0) => Vec::new(),
-            Quantity::AtLeast(least) => vec![Test { least, within: goal.reference, ..one }],
+            Quantity::AtLeast(least) => {
+                let least = least.min(present.max(1));
+                vec![Test { least, within: goal.reference, ..one }]
+            }
             Quantity::EachReference(least) => {
                 let each = self.of_kind(state.frame.kind().unwrap_or_default());
                 each.map(|r| Test { reference: Some(Some(r)), least, ..one.clone() }).collect()
             }
-            Quantity::EachObject => match self.of_kind(&state.kind).count() {
+            Quantity::EachObject => match present {
                 0 => Vec::new(),
                 least => vec![Test { least, ..one }],
             },

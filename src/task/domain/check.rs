@@ -167,6 +167,20 @@ impl RelationalDomain {
             };
             return Some(Fault { problem, ..fault });
         }
+        let foreign = |other: &usize| {
+            self.states.get(*other).is_none_or(|o| o.kind != state.kind || *other == goal.state)
+        };
+        if let Some(other) = goal.or.iter().find(|o| foreign(o)) {
+            let name =
+                self.states.get(*other).map_or_else(|| other.to_string(), |o| o.name.clone());
+            let problem = format!("has `or` with `{name}` for `{}`", state.name);
+            return Some(Fault::new(problem, "other states of the same kind"));
+        }
+        if !goal.or.is_empty() && goal.quantity != Quantity::EachObject {
+            let problem =
+                format!("has `or` for `{}`, and does not ask for each object", state.name);
+            return Some(Fault::new(problem, "no `or`, or `each` with `object`"));
+        }
         let (each, least) = match goal.quantity {
             Quantity::AtLeast(n) => (false, n),
             Quantity::EachReference(n) => (true, n),

@@ -74,6 +74,7 @@ impl Gaussians {
     /// the one that moves.
     pub fn domain(self) -> Result<RelationalDomain, Fault> {
         let goals = self.goal.into_iter().map(|(state, [held, of])| GoalTerm {
+            or: Vec::new(),
             state,
             reference: None,
             quantity: Quantity::AtLeast(1),

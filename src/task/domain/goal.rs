@@ -5,7 +5,7 @@ use super::{RelationalDomain, RelationalOperator};
 /// How many objects a goal term asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Quantity {
-    /// At least this number of objects is in the state.
+    /// At least this number of objects is in the state. Where there are fewer objects of the kind, all of them will do.
     AtLeast(usize),
     /// Every reference has at least this number of objects in the state.
     EachReference(usize),
@@ -18,6 +18,8 @@ pub enum Quantity {
 pub struct GoalTerm {
     /// Index of the state.
     pub state: usize,
+    /// Indices of further states of the same kind that count as well. Only a term with [`Quantity::EachObject`] can have some.
+    pub or: Vec<usize>,
     /// How many objects have to be in the state.
     pub quantity: Quantity,
     /// Index of the state in which a reference has to be for its objects to count; `None` if all objects count. Only a
@@ -27,6 +29,13 @@ pub struct GoalTerm {
     pub held: usize,
     /// Number of demonstrations.
     pub of: usize,
+}
+
+impl GoalTerm {
+    /// Returns the states whose objects count.
+    pub fn states(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::once(self.state).chain(self.or.iter().copied())
+    }
 }
 
 impl RelationalDomain {
@@ -49,7 +58,7 @@ impl RelationalDomain {
                             n.states().any(|s| if n.is_positive() { begun(s) } else { ended(s) })
                         }))
             };
-            self.goals.iter().any(|goal| begun(goal.state) || goal.reference.is_some_and(begun))
+            self.goals.iter().any(|goal| goal.states().chain(goal.reference).any(begun))
                 || self.operators.iter().enumerate().any(serves)
         };
         (0..self.operators.len()).filter(|o| !served(*o)).map(|o| self.operators[o].to).collect()

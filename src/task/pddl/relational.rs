@@ -6,7 +6,7 @@ use super::actions::Writer;
 use super::conditions::{Least, Scope};
 use super::vocabulary::{Vocabulary, typed};
 use super::{WriteFault, Written};
-use crate::plan::strips::{self, Condition, Domain, Fact, Names, TRUE, Term, all, quantified};
+use crate::plan::strips::{self, Condition, Domain, Fact, Names, TRUE, Term, all, any, quantified};
 use crate::task::compile::Problem;
 use crate::task::domain::{GoalTerm, Quantity, Situation};
 
@@ -107,14 +107,17 @@ fn of_goal(writer: &Writer<'_, '_>, goal: &GoalTerm) -> Result<Condition, WriteF
                     let there = scope.is_in(state, x, [Some(&r[0]), None]);
                     all([there, scope.is_in(within, &r[0], [None; 2])])
                 }),
-                _ => scope.is_in(state, x, [reference, None]),
+                _ => any(goal.states().map(|state| scope.is_in(state, x, [reference, None]))),
             };
             (TRUE, is_in)
         })
     };
     match (goal.quantity.clone(), &named.frame) {
         (Quantity::AtLeast(0) | Quantity::EachReference(0), _) => Ok(TRUE),
-        (Quantity::AtLeast(least), _) => enough(&mut scope, Least::Here(least), None),
+        (Quantity::AtLeast(least), _) => {
+            let present = groups[0].1;
+            enough(&mut scope, Least::Here(least.min(present.max(1))), None)
+        }
         (Quantity::EachObject, _) => enough(&mut scope, Least::Every, None),
         (Quantity::EachReference(_), None) => Ok(TRUE),
         (Quantity::EachReference(least), Some(frame)) => {

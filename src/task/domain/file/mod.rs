@@ -63,6 +63,9 @@ enum Each {
 #[serde(deny_unknown_fields)]
 struct GoalEntry {
     state: String,
+    /// Further states that count as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    or: Vec<String>,
     /// `null`: the term asks for a number of objects in all.
     each: Option<Each>,
     at_least: usize,
@@ -233,6 +236,7 @@ impl From<&RelationalDomain> for DomainFile {
             let references_in = g.reference.map(name);
             GoalEntry {
                 state: name(g.state),
+                or: names(&g.or),
                 each,
                 at_least,
                 references_in,
@@ -276,7 +280,9 @@ impl DomainFile {
             let field = || format!("goals[{index}].references_in");
             let reference = entry.references_in.as_ref().map(|name| names.find(name, field));
             let reference = reference.transpose()?;
-            goals.push(GoalTerm { state, quantity, reference, held: entry.held, of: entry.of });
+            let or = names.find_all(&entry.or, &format!("goals[{index}].or"))?;
+            let (held, of) = (entry.held, entry.of);
+            goals.push(GoalTerm { state, or, quantity, reference, held, of });
         }
         let mut operators = Vec::with_capacity(self.operators.len());
         for (index, entry) in self.operators.into_iter().enumerate() {

@@ -33,7 +33,7 @@ impl RelationalDomain {
         let (state, quantity) = (self.state(name)?, Quantity::AtLeast(1));
         let own = self.goals.iter().find(|goal| goal.state == state);
         let reference = own.and_then(|goal| goal.reference);
-        Ok(GoalTerm { state, quantity, reference, held: 0, of: 0 })
+        Ok(GoalTerm { state, or: Vec::new(), quantity, reference, held: 0, of: 0 })
     }
 
     /// Returns the goal of the demonstrations in words; `None` if there is none.
@@ -62,7 +62,10 @@ impl RelationalDomain {
         match goal.quantity {
             Quantity::AtLeast(n) => many(n) + &state.name + &within.unwrap_or_default(),
             Quantity::EachReference(n) => format!("{}{} at each {kind}", many(n), state.name),
-            Quantity::EachObject => format!("{} for each {}", state.name, state.kind),
+            Quantity::EachObject => {
+                let names: Vec<&str> = goal.states().map(|s| &*self.states[s].name).collect();
+                format!("{} for each {}", names.join(" or "), state.kind)
+            }
         }
     }
 
@@ -383,7 +386,13 @@ impl RelationalDomain {
                 let each = format!("each {}", noun(kind));
                 many(n, &statement.at(Some(kind), &each), "")
             }
-            Quantity::EachObject => statement.about(&format!("every {}", noun(&state.kind))),
+            Quantity::EachObject => {
+                let every = statement.about(&format!("every {}", noun(&state.kind)));
+                let others = goal.or.iter().map(|other| {
+                    Statement::new(&self.state_in_words(*other), &state.kind).rest().to_owned()
+                });
+                [every].into_iter().chain(others).collect::<Vec<_>>().join(" or ")
+            }
         }
     }
 

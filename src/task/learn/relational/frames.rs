@@ -134,14 +134,39 @@ impl<'m, 'r> Frames<'m, 'r> {
 
     /// Finds the rests of objects that lie as before in the frame of some other object, which carried them.
     fn follow_containers(&mut self) {
-        for (now, rest) in self.motion.rests.iter().enumerate() {
-            let before = self.motion.previous(now).filter(|_| rest.came == Came::Carried);
-            let Some(before) = before else { continue };
-            if (1..=self.kinds.len()).any(|f| self.lies_alike(before, now, f)) {
-                self.carried_from.insert(now, before);
-                self.carried_to.insert(before, now);
+        loop {
+            let known = self.carried_from.len();
+            for (now, rest) in self.motion.rests.iter().enumerate() {
+                let before = self.motion.previous(now).filter(|_| rest.came == Came::Carried);
+                let before = before.filter(|_| !self.carried_from.contains_key(&now));
+                let Some(before) = before else { continue };
+                let carries = |f: &usize| {
+                    !self.leaves(before, *f)
+                        && self.lies_alike(before, now, *f)
+                        && !self.goes_along(now, *f)
+                };
+                if (1..=self.kinds.len()).any(|f| carries(&f)) {
+                    self.carried_from.insert(now, before);
+                    self.carried_to.insert(before, now);
+                }
+            }
+            if self.carried_from.len() == known {
+                break;
             }
         }
+    }
+
+    /// Returns whether the reference of a rest in the frame of its own kind came there as the object did: of two that slide up in a
+    /// queue, neither carries the other. What an attempt moved, or what something else carried, carries.
+    fn goes_along(&self, now: usize, frame: usize) -> bool {
+        let own_kind = self.motion.kind(&self.motion.rests[now]) == &*self.kinds[frame - 1];
+        let track = self.reference(now, frame).map(|(track, _)| track);
+        let there = track.and_then(|track| self.rest_during(now, track));
+        own_kind
+            && there.is_some_and(|there| {
+                let came = self.motion.rests[there].came;
+                came == Came::Carried && !self.carried_from.contains_key(&there)
+            })
     }
 
     /// Returns the rest in which an object came into its container.
@@ -163,6 +188,14 @@ impl<'m, 'r> Frames<'m, 'r> {
         same(before) == same(now)
             && a.distance(&b) <= self.motion.least.0
             && turn <= self.motion.least.1
+    }
+
+    /// Returns whether the reference of a rest in a frame is moved while the rest lasts.
+    fn leaves(&self, rest: usize, frame: usize) -> bool {
+        let own = &self.motion.rests[rest];
+        let Some((track, _)) = self.reference(rest, frame) else { return false };
+        let end = self.motion.index_at(own.demo, track, own.last);
+        end.is_some_and(|end| Some(end) != self.rest_during(rest, track))
     }
 
     /// Returns the first rest of another object during a rest. A container that carried the object comes to rest a
@@ -268,7 +301,9 @@ impl<'m, 'r> Frames<'m, 'r> {
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
-            // A frame is refused if its object leaves while the rest lasts.
+            if self.leaves(rest, frame) {
+                return None;
+            }
             let begin = self.rest_during(rest, track)?;
             // What carries the object later on is no hand.
             let carries = |next: &usize| self.lies_alike(rest, *next, frame);
@@ -285,10 +320,6 @@ impl<'m, 'r> Frames<'m, 'r> {
                 let high = (own.pose.position[up] - there.position[up]).abs();
                 let aside = (far * far - high * high).max(0.0).sqrt();
                 far = high.hypot(aside + BESIDE * (aside - PART_M).max(0.0));
-            }
-            let end = self.motion.index_at(own.demo, track, own.last);
-            if end.is_some_and(|end| end != begin) {
-                return None;
             }
         }
         // Nor is a frame kept that its container left behind.

@@ -4,12 +4,17 @@ use std::collections::BTreeSet;
 
 use super::motion::Motion;
 use super::operators::scene;
-use super::states::States;
-use crate::task::domain::{GoalTerm, Place, Quantity, RelationalOperator, Situation};
+use super::states::{States, least_support};
+use crate::task::domain::{GoalTerm, Origin, Place, Quantity, RelationalOperator, Situation};
 use crate::task::learn::NoGoal;
 
 /// Share of the demonstrations that have to end with a term fulfilled.
 const GOAL: f64 = 0.9;
+
+/// Returns the number of demonstrations that have to end with a term fulfilled.
+fn enough(of: usize) -> usize {
+    (GOAL * of as f64).ceil().max(1.0) as usize
+}
 
 /// The ends of the demonstrations.
 struct Ends<'m, 'r> {
@@ -43,8 +48,7 @@ pub(super) fn goals(
         operators.iter().flat_map(RelationalOperator::achieves).collect();
     let end = |d: usize| Some((d, scene(motion, found, d, motion.last(d)?)));
     let last: Vec<_> = (0..motion.recording.demos.len()).filter_map(end).collect();
-    let of = last.len();
-    let enough = (GOAL * of as f64).ceil().max(1.0) as usize;
+    let enough = enough(last.len());
     let lost = |d: usize, end: &Situation| -> Vec<usize> {
         let at = motion.last(d).unwrap_or(0);
         // Errors of sensing hide where an object is, too.
@@ -57,13 +61,20 @@ pub(super) fn goals(
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
     let mut unachieved = Vec::new();
     for state in 0..found.states.len() {
-        let Some((quantity, held)) = ends.quantity(state) else { continue };
+        let Some((quantity, held, of)) = ends.quantity(state) else { continue };
         if achieved.contains(&state) {
-            let term = GoalTerm { state, quantity, reference: None, held, of };
+            let term = GoalTerm { state, or: Vec::new(), quantity, reference: None, held, of };
             terms.push((ends.completed(state), term));
         } else {
             unachieved.push(state);
         }
+    }
+    for (state, or, held) in ends.dealt(&achieved) {
+        // Of the terms of its states, this is what they were for.
+        terms.retain(|(_, term)| term.state != state && !or.contains(&term.state));
+        let completed = or.iter().map(|s| ends.completed(*s)).fold(ends.completed(state), f64::max);
+        let (quantity, of) = (Quantity::EachObject, ends.last.len());
+        terms.push((completed, GoalTerm { state, or, quantity, reference: None, held, of }));
     }
     terms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.state.cmp(&b.1.state)));
     let goals: Vec<usize> = terms.iter().map(|(_, term)| term.state).collect();
@@ -169,8 +180,61 @@ impl Ends<'_, '_> {
         (least, ended(least).held)
     }
 
-    /// Returns how many objects have to be in a state, and how many demonstrations end so; `None` if it is no goal.
-    fn quantity(&self, state: usize) -> Option<(Quantity, usize)> {
+    /// Returns how many objects have to be in a state, how many demonstrations end so, and of how many; `None` if it is no goal.
+    fn quantity(&self, state: usize) -> Option<(Quantity, usize, usize)> {
+        let of = self.last.len();
+        let (quantity, held) = match self.quantity_of_all(state) {
+            Some(known) => known,
+            None => return self.quantity_where_present(state),
+        };
+        Some((quantity, held, of))
+    }
+
+    /// Returns the terms that every object of a kind is in one of several states, as a state, the others, and the number of
+    /// demonstrations that end so: different numbers of objects were all put somewhere, and more than once in several states.
+    fn dealt(&self, achieved: &BTreeSet<usize>) -> Vec<(usize, Vec<usize>, usize)> {
+        let states = &self.found.states;
+        let kinds: BTreeSet<&str> = achieved.iter().map(|s| &*states[*s].kind).collect();
+        let own = |kind: &str| {
+            let ends = self.last.iter().map(|(d, end)| {
+                let all: Vec<usize> = self.of_kind(*d, kind).collect();
+                let of: Option<Vec<usize>> =
+                    all.iter().map(|t| end[*t].as_ref().map(|fact| fact.state)).collect();
+                Some((all.len(), of?.into_iter().collect::<BTreeSet<usize>>()))
+            });
+            let ends: Vec<(usize, BTreeSet<usize>)> = ends.collect::<Option<_>>()?;
+            let all: BTreeSet<usize> = ends.iter().flat_map(|(_, of)| of.iter().copied()).collect();
+            let put =
+                all.iter().all(|s| achieved.contains(s) && states[*s].origin == Origin::Placed);
+            let numbers: BTreeSet<usize> = ends.iter().map(|(count, _)| *count).collect();
+            let several = ends.iter().filter(|(_, of)| of.len() > 1).count();
+            let dealt = put && numbers.len() > 1 && several > 1;
+            let mut all = all.into_iter();
+            let first = all.next().filter(|_| dealt)?;
+            Some((first, all.collect(), ends.len()))
+        };
+        kinds.into_iter().filter_map(own).collect()
+    }
+
+    /// Returns the term that every object of a state's kind is in the state, if the kind is missing from some demonstrations and
+    /// all the others end so: what is not always there is put where it belongs when it is.
+    fn quantity_where_present(&self, state: usize) -> Option<(Quantity, usize, usize)> {
+        let kind = &self.found.states[state].kind;
+        let (mut of, mut held, mut gained) = (0, 0, 0);
+        for (d, end) in &self.last {
+            let present = self.of_kind(*d, kind).count();
+            let count = end.iter().flatten().filter(|fact| fact.state == state).count();
+            of += usize::from(present > 0);
+            held += usize::from(present > 0 && count >= present);
+            gained += usize::from(count > 0 && self.counts(state, *d).any(|was| was < count));
+        }
+        let least = least_support(self.last.len()).max(2);
+        let optional = of < self.last.len() && of >= least;
+        (optional && held.min(gained) >= enough(of)).then_some((Quantity::EachObject, held, of))
+    }
+
+    /// Returns how many objects have to be in a state, and how many of all demonstrations end so; `None` if it is no goal of all.
+    fn quantity_of_all(&self, state: usize) -> Option<(Quantity, usize)> {
         let at = |end: &Situation, within: Option<usize>| {
             let own = end.iter().flatten().filter(|l| l.state == state);
             own.filter(|l| within.is_none() || l.reference == within).count()

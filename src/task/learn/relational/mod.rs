@@ -11,6 +11,7 @@ mod motion;
 mod operators;
 mod places;
 mod rows;
+mod sides;
 mod single;
 mod states;
 mod views;

@@ -288,9 +288,10 @@ fn operator(
         let present = instances.iter().map(|i| i.present(motion, found, &condition));
         let present: Vec<usize> = present.collect();
         // If their number differs and all were there each time, the condition is about all of them.
-        let numbers: BTreeSet<usize> = present.iter().copied().filter(|n| *n > 0).collect();
+        let numbers: BTreeSet<usize> = present.iter().copied().collect();
+        let some = present.iter().filter(|n| **n > 0).count();
         let placed = found.states[condition.state].origin == Origin::Placed;
-        let every = placed && counts == present && numbers.len() > 1;
+        let every = placed && counts == present && numbers.len() > 1 && some > 1;
         let held = if every { of } else { held };
         let need = |verdict, holds, least| {
             let every = every && holds;

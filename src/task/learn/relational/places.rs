@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::Vector3;
 use statrs::function::gamma::ln_gamma;
 
 use super::frames::Frames;
@@ -16,6 +17,10 @@ const PLACE_M: f64 = 2e-3;
 const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
 pub(super) const NUDGED: f64 = 0.1;
+/// Number of objects that come to a cluster by themselves, and their spread as a share of the way, from which and up to which it
+/// was meant.
+const MEANT: usize = 3;
+const ONE_WAY: f64 = 0.25;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
 /// Evidence for tight places in which poses coincide, in nats.
@@ -198,6 +203,27 @@ impl Frames<'_, '_> {
         on
     }
 
+    /// Returns whether objects came to a cluster by themselves and all in one way, such as screws that are driven in: nudges go this
+    /// way and that. `owner` is the cluster of each rest.
+    fn is_meant(&self, group: &Group, owner: &[Option<usize>]) -> bool {
+        let motion = self.motion;
+        let by = group.rests.iter().map(|now| {
+            let before = motion.previous(*now)?;
+            let carried = motion.rests[*now].came == Came::Carried && owner[before] != owner[*now];
+            let ends = self.pose(before, group.frame).zip(self.pose(*now, group.frame));
+            let (a, b) = ends.filter(|_| carried)?;
+            Some(Vector3::from(b.position) - Vector3::from(a.position))
+        });
+        let Some(by) = by.collect::<Option<Vec<Vector3<f64>>>>() else { return false };
+        let demos: BTreeSet<usize> = group.rests.iter().map(|r| motion.rests[*r].demo).collect();
+        let mean = by.iter().sum::<Vector3<f64>>() / by.len() as f64;
+        let off = by.iter().map(|by| (by - mean).norm_squared()).sum::<f64>() / by.len() as f64;
+        // Two positions of three coordinates.
+        let noise = 6.0 * motion.noise.position_m.powi(2);
+        let alike = off <= (ONE_WAY * mean.norm()).powi(2) + noise;
+        by.len() >= MEANT && demos.len() > 1 && alike && mean.norm() > motion.least.0
+    }
+
     /// Joins clusters between which objects were only nudged: moved by no attempt, and much less than attempts move them.
     pub fn without_nudges(&self, kind: usize, mut groups: Vec<Group>) -> Vec<Group> {
         let mut moved: Vec<f64> = (self.motion.attempts.iter())
@@ -217,7 +243,8 @@ impl Frames<'_, '_> {
         }
         let mut a = 0;
         while a < groups.len() {
-            let nudged = groups[a].rests.iter().find_map(|now| {
+            let meant = self.is_meant(&groups[a], &owner);
+            let nudged = groups[a].rests.iter().filter(|_| !meant).find_map(|now| {
                 let rest = &self.motion.rests[*now];
                 let before = self.motion.previous(*now)?;
                 let far = self.motion.rests[before].pose.distance(&rest.pose);
@@ -248,8 +275,42 @@ impl Frames<'_, '_> {
         groups
     }
 
-    /// Splits a cluster that is broad because it consists of several places, each of them tight, if that is more likely.
-    pub fn split(&self, group: Group, likelihood: &Likelihood) -> Vec<Group> {
+    /// Splits clusters that are broad because they consist of several places, each of them tight, if that is more likely. What is
+    /// put so carefully at other places of the frame has places here too.
+    pub fn split_all(&self, groups: Vec<Group>, likelihood: &Likelihood) -> Vec<Vec<Group>> {
+        let split = groups.into_iter().map(|group| self.split(group, likelihood, COINCIDENCES));
+        let split: Vec<Vec<Group>> = split.collect();
+        let careful = |group: &Group| {
+            group.rests.len() > 1
+                && group.rests.iter().all(|rest| self.was_put(*rest))
+                && self.is_tight(group, likelihood)
+        };
+        let tight: BTreeSet<usize> =
+            split.iter().flatten().filter(|group| careful(group)).map(|g| g.frame).collect();
+        let again = |mut places: Vec<Group>| match (places.pop(), places.is_empty()) {
+            (Some(whole), true) if tight.contains(&whole.frame) => {
+                self.split(whole, likelihood, 0.0)
+            }
+            (last, _) => places.into_iter().chain(last).collect(),
+        };
+        split.into_iter().map(again).collect()
+    }
+
+    /// Returns whether the positions of a cluster agree as those of careful placing do.
+    fn is_tight(&self, group: &Group, likelihood: &Likelihood) -> bool {
+        let sums = group.rests.iter().map(|rest| self.sums(*rest, group.frame));
+        let sums: Option<Vec<Sums>> = sums.collect();
+        let extent = self.extent_in(group.frame);
+        sums.and_then(|all| all.into_iter().reduce(|a, b| a.add(&b))).is_some_and(|sum| {
+            let careful =
+                |i: usize| likelihood.is_careful(group.rests.len(), &sum.position[i], extent[i]);
+            (0..3).all(careful)
+        })
+    }
+
+    /// Splits a cluster if it is more likely, from as much evidence of coinciding poses as `from`, in nats; without any, one place
+    /// of two poses is enough.
+    fn split(&self, group: Group, likelihood: &Likelihood, from: f64) -> Vec<Group> {
         let poses = group.rests.iter().map(|r| Some((*r, self.sums(*r, group.frame)?)));
         let Some(poses) = poses.collect::<Option<Vec<(usize, Sums)>>>() else { return vec![group] };
         let extent = self.extent_in(group.frame);
@@ -271,16 +332,20 @@ impl Frames<'_, '_> {
         let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
         let (mut places, mut gain) =
             coincidences(poses.clone(), least, likelihood.scale_m, |r| self.motion.rests[r].demo);
-        if gain < COINCIDENCES || 2 * places.len() > poses.len() {
+        let most = if from > 0.0 { poses.len() / 2 } else { poses.len().saturating_sub(1) };
+        if gain < from || places.len() > most {
             (places, gain) = modes(poses, least, &logs, &|rest| self.lies_on(rest));
         }
-        let sparse = 2 * places.len() > group.rests.len();
         let tight = |p: &Place| {
             let whole = total(p);
             let careful = |i: usize| likelihood.is_careful(p.len(), &whole.position[i], extent[i]);
             p.len() == 1 || (0..3).all(careful)
         };
-        if places.len() < 2 || sparse || gain < PLACES || !places.iter().all(tight) {
+        if places.len() < 2
+            || places.len() > most
+            || gain < PLACES.min(from)
+            || !places.iter().all(tight)
+        {
             return vec![group];
         }
         let of = |place: &Place| Group {
@@ -311,6 +376,17 @@ impl Frames<'_, '_> {
             let ends = ends.and_then(|(b, a)| Some((*owner.get(&b)?, *owner.get(&a)?)));
             if let Some(ends) = ends {
                 *moves.entry(ends).or_default() += 1;
+            }
+        }
+        // What objects do by themselves tells clusters apart as well, if no attempt leads there.
+        for (index, group) in groups.iter().enumerate() {
+            let came = |rest: &usize| self.motion.rests[*rest].came;
+            if group.rests.iter().all(|rest| came(rest) == Came::Carried) {
+                for before in group.rests.iter().filter_map(|rest| self.motion.previous(*rest)) {
+                    let from = owner.get(&before).filter(|from| **from != index);
+                    from.into_iter()
+                        .for_each(|from| *moves.entry((*from, index)).or_default() += 1);
+                }
             }
         }
         let found: Vec<bool> = groups

@@ -4,10 +4,23 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::operators::Instance;
 use super::states::States;
-use crate::task::domain::{Before, Fact, Situation};
+use crate::task::domain::{Before, Fact, Place, Situation};
 
 /// Number of times that a place has to be filled before its turn says something.
 const OFTEN: usize = 4;
+
+/// Probability up to which it was no chance that the place below another was filled.
+const CHANCE: f64 = 0.2;
+/// Distance aside up to which a place lies over another, in metres.
+const OVER_M: f64 = 0.01;
+
+/// Returns whether a place lies over another: they differ in one coordinate.
+fn lies_over(a: &Place, b: &Place) -> bool {
+    let (a, b) = (a.pose().position, b.pose().position);
+    let mut apart: [f64; 3] = std::array::from_fn(|i| (a[i] - b[i]).abs());
+    apart.sort_by(f64::total_cmp);
+    apart[0].hypot(apart[1]) <= OVER_M
+}
 
 /// A state with the index of one of its places.
 type Slot = (usize, usize);
@@ -19,6 +32,8 @@ pub(super) struct Rows {
     own: BTreeMap<Slot, Slot>,
     /// For each representative, the representatives that were filled each time before.
     before: BTreeMap<Slot, BTreeSet<Slot>>,
+    /// For each representative, those of them over which it lies, of several that might have been filled as well.
+    over: BTreeMap<Slot, BTreeSet<Slot>>,
 }
 
 impl Rows {
@@ -46,6 +61,8 @@ impl Rows {
         // Places that are taken at once, such as those of a part and of another one on it, are two.
         let mut shared: BTreeSet<Slot> = BTreeSet::new();
         let mut filled: BTreeMap<Slot, (usize, BTreeSet<Slot>)> = BTreeMap::new();
+        // For each place and state, the probability that one of the state's places was filled each time by chance.
+        let mut chances: BTreeMap<(Slot, usize), f64> = BTreeMap::new();
         for Instance { attempt, object, to, before, .. } in instances {
             let Some(slot) = own.get(&(to.state, to.place)) else { continue };
             let frame = &found.states[to.state].frame;
@@ -66,6 +83,12 @@ impl Rows {
                     there.insert(*taken);
                 }
             }
+            let mut of: BTreeMap<usize, usize> = BTreeMap::new();
+            there.iter().for_each(|(state, _)| *of.entry(*state).or_default() += 1);
+            for (state, count) in of {
+                let share = count as f64 / found.states[state].places.len() as f64;
+                *chances.entry((*slot, state)).or_insert(1.0) *= share;
+            }
             let (times, always) = filled.entry(*slot).or_insert_with(|| (0, there.clone()));
             *times += 1;
             always.retain(|other| there.contains(other));
@@ -77,7 +100,15 @@ impl Rows {
         for (slot, (_, always)) in &filled {
             before.insert(*slot, &(always & &known) - &BTreeSet::from([*slot]));
         }
-        Self { own, before }
+        let over = before.iter().map(|(slot, all)| {
+            let meant = |one: &&Slot| {
+                let chance = chances.get(&(*slot, one.0)).copied().unwrap_or(1.0);
+                chance <= CHANCE && lies_over(place(*slot), place(**one))
+            };
+            (*slot, all.iter().filter(meant).copied().collect())
+        });
+        let over = over.collect();
+        Self { own, before, over }
     }
 
     /// Returns what has to be filled before each place of a state. A place that is filled before another one that has to be is
@@ -89,7 +120,9 @@ impl Rows {
         let common = own().map(|(_, slot)| before(slot).clone()).reduce(|a, b| &a & &b);
         let common = common.unwrap_or_default();
         let all = own().flat_map(|((_, place), slot)| {
-            let all = before(slot) - &common;
+            // Conditions do not tell which of several places has to be filled.
+            let over = self.over.get(slot).unwrap_or(&none);
+            let all = &(before(slot) - &common) | over;
             let last: Vec<Slot> = all
                 .iter()
                 .filter(|one| !all.iter().any(|other| before(other).contains(one)))

@@ -72,7 +72,10 @@ pub(super) fn goals(domain: &RelationalDomain, recording: &Recording) -> Vec<Goa
         let end = counts.last().map_or(0, |counts| counts[state]);
         let Some(lacked) = counts.iter().rposition(|counts| counts[state] < end) else { continue };
         let quantity = Quantity::AtLeast(end);
-        terms.push((lacked, GoalTerm { state, quantity, reference: None, held: 1, of: 1 }));
+        terms.push((
+            lacked,
+            GoalTerm { state, or: Vec::new(), quantity, reference: None, held: 1, of: 1 },
+        ));
     }
     terms.sort_by_key(|(lacked, term)| (*lacked, term.state));
     let terms: Vec<GoalTerm> = terms.into_iter().map(|(_, term)| term).collect();

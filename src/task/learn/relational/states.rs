@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::cluster::{Clustering, FramePrior, Item, near};
 use super::frames::Frames;
-use super::likelihood::Likelihood;
+use super::likelihood::{Likelihood, Spread, Sums};
 use super::motion::{Came, Motion, Rest};
 use super::places::{Group, is_scattered, told_apart};
 use crate::task::domain::{Fact, FrameState};
@@ -33,6 +33,10 @@ pub(super) struct States {
 const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0 };
 const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0 };
 const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 };
+/// Distance of the middle of an area in which objects lie about, in its diagonals, beyond which it does not belong to a reference.
+const FAR_AREA: f64 = 1.5;
+/// Number of found objects up to which they show no area.
+const FEW_FOUND: usize = 2;
 /// Distance below which an attempt left its object in place, in metres.
 const IN_PLACE_M: f64 = 5e-3;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
@@ -64,6 +68,9 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         }
         let (groups, turns) = frames.groups(kind);
         let groups = frames.without_nudges(kind, groups);
+        let (groups, sides): (Vec<Group>, Vec<bool>) = frames.by_side(groups).into_iter().unzip();
+        // Sides are told by orientations.
+        let turns = turns || sides.contains(&true);
         let together = frames.together(groups).into_iter();
         all.extend(together.map(|places| (kind, turns, places)));
     }
@@ -187,9 +194,41 @@ impl Frames<'_, '_> {
             let members: Vec<usize> = own.iter().map(|rest| place[rest]).collect();
             clustering.frame(members.len(), &clustering.sums(&members), turns)
         };
-        let split = groups.flat_map(|g| self.unstacked(self.split(g, &likelihood), frame));
-        let split = split.collect();
+        let groups = groups.map(|group| self.without_far_areas(group, &likelihood)).collect();
+        let split = self.split_all(groups, &likelihood).into_iter();
+        let split = split.flat_map(|places| self.unstacked(places, frame)).collect();
         (split, likelihood.turns)
+    }
+
+    /// Gives a cluster of found objects another frame if they lie all over an area far from the reference: where things lie about by
+    /// chance, they seem to lie in one direction of something.
+    fn without_far_areas(&self, mut group: Group, likelihood: &Likelihood) -> Group {
+        let found = |rest: &usize| self.motion.rests[*rest].came == Came::Found;
+        let far = |group: &Group| {
+            let all = group.rests.iter().map(|rest| self.sums(*rest, group.frame));
+            let all: Option<Vec<Sums>> = all.collect();
+            let extent = self.extent_in(group.frame);
+            all.and_then(|all| all.into_iter().reduce(|a, b| a.add(&b))).is_some_and(|sum| {
+                let n = group.rests.len();
+                let careful = |i: usize| likelihood.is_careful(n, &sum.position[i], extent[i]);
+                let open = (0..3).filter(|i| !careful(*i));
+                let open: Vec<&Spread> = open.map(|i| &sum.position[i]).collect();
+                let of = |f: &dyn Fn(&Spread) -> f64| {
+                    open.iter().map(|s| f(s).powi(2)).sum::<f64>().sqrt()
+                };
+                let (middle, wide) = (of(&|s| (s.low + s.high) / 2.0), of(&|s| s.high - s.low));
+                open.len() > 1 && middle > FAR_AREA * wide
+            })
+        };
+        let several = group.rests.len() > FEW_FOUND && group.rests.iter().all(found);
+        while several && group.frame > 0 && far(&group) {
+            group.scores[group.frame] = f64::NEG_INFINITY;
+            let best = (0..group.scores.len())
+                .rev()
+                .max_by(|a, b| group.scores[*a].total_cmp(&group.scores[*b]));
+            group.frame = best.filter(|f| group.scores[*f].is_finite()).unwrap_or(0);
+        }
+        group
     }
 
     /// Gives those of several places of one cluster that are on a part that moves to the part: what is stacked is seen at several
@@ -216,7 +255,9 @@ impl Frames<'_, '_> {
             let turns = told_apart(&on[index], &elsewhere).is_none();
             let (frame, scores) = of(&group.rests, turns);
             let part = frame.checked_sub(1).is_some_and(|kind| self.moves[kind]);
-            if group.rests.len() > 1 && part && frame != group.frame {
+            // What stands beside a part is not on it.
+            let upon = |on: &BTreeSet<usize>| self.up.is_none() || on.contains(&(frame - 1));
+            if group.rests.len() > 1 && part && frame != group.frame && on[index].iter().all(upon) {
                 (group.stacked, group.frame, group.scores) = (true, frame, scores);
                 stacked.push(group);
             } else {
@@ -271,7 +312,7 @@ impl Frames<'_, '_> {
             && own.all(|rest| !self.was_put(rest) || rests.contains(&rest))
     }
 
-    fn was_put(&self, rest: usize) -> bool {
+    pub fn was_put(&self, rest: usize) -> bool {
         matches!(self.motion.rests[rest].came, Came::Placed(_))
     }
 
