@@ -252,11 +252,13 @@ impl Tree {
         let notes = w.units("notes", 1);
         let noted = turns.write.iter().chain([&turns.veto]).map(|phase| (*phase, 0, 1.0));
         w.link(phases, &notes, noted.chain([(turns.written, 0, -3.0)]).collect::<Vec<_>>());
+        let gate = w.sum("note", 1);
+        w.link(&notes, &gate, [(0, 0, 1.0)]);
         let ports = w.scope.add("tried_synapses", Tried { slots, operators });
         for (from, to) in [
             (&slot, &ports.slots),
             (winner, &ports.operators),
-            (&notes, &ports.gate),
+            (&gate, &ports.gate),
             (&forgets, &ports.forget),
         ] {
             w.scope.connect(&from.out, to, Synapse::None);

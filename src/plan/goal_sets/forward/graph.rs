@@ -239,11 +239,8 @@ impl Module for ForwardGraph {
         }
         let utilities = utilities(w, growing, (race_phase, &URGES), &bias);
         w.link(&barred, &utilities, each(operators, BAR));
-        // Each preference has a group of its own that can be ablated.
-        let goals = w.relay("goals_added", &plan.wanted.out, fluents);
-        w.link(&goals, &utilities, rules.adds(HELPS));
-        let serves = w.relay("needs_added", &plan.needed.out, fluents);
-        w.link(&serves, &utilities, rules.adds(SERVES));
+        w.link(&plan.wanted, &utilities, rules.adds(HELPS));
+        w.link(&plan.needed, &utilities, rules.adds(SERVES));
         w.link(&plan.last, &utilities, rules.adds(COMPLETES));
         w.link(&plan.claims, &utilities, rules.deletes(THREATENS));
         w.link(&strays, &utilities, each(operators, STRAYS));

@@ -14,25 +14,21 @@ use crate::task::TaskError;
 const LIMIT_MS: u64 = 20_000;
 
 /// What is cut in each search: what it is for, and its group. The first is the whole search.
-const FORWARD: [(&str, &[&str]); 10] = [
+const FORWARD: [(&str, &[&str]); 7] = [
     ("nothing", &[]),
-    ("goals that an operator adds", &["goals_added"]),
     ("what completes another operator", &["last"]),
     ("threats to the relaxed plan", &["claims"]),
-    ("all that an operator adds and is needed", &["needs_added"]),
-    ("orders of goals", &["agenda"]),
     ("one support of several", &["later"]),
-    ("what was tried in a slot", &["tried"]),
+    ("what was tried in a slot", &["notes"]),
     ("a new wave after a dead end", &["returned"]),
     ("operators outside the relaxed plan", &["wide"]),
 ];
-const BACKWARD: [(&str, &[&str]); 6] = [
+const BACKWARD: [(&str, &[&str]); 5] = [
     ("nothing", &[]),
     ("the veto", &["veto"]),
-    ("costs that are saved", &["gain"]),
     ("unmet goals, and what stands in their way", &["helps"]),
     ("preconditions that serve another goal", &["shares"]),
-    ("what was tried in a slot", &["tried"]),
+    ("what was tried in a slot", &["notes"]),
 ];
 
 /// A kind of problem.
