@@ -254,6 +254,8 @@ impl Tree {
         w.link(phases, &notes, noted.chain([(turns.written, 0, -3.0)]).collect::<Vec<_>>());
         let gate = w.sum("note", 1);
         w.link(&notes, &gate, [(0, 0, 1.0)]);
+        // An input where `notes` is cut.
+        w.bias(&gate, &[0.0]);
         let ports = w.scope.add("tried_synapses", Tried { slots, operators });
         for (from, to) in [
             (&slot, &ports.slots),
