@@ -122,3 +122,16 @@ fn a_planner_that_runs_out_of_time_says_how_far_it_got_and_what_to_try() {
         assert!(words.iter().all(|word| said.contains(word)), "{time}: {said}");
     }
 }
+
+#[test]
+fn a_goal_that_no_state_has_is_told_from_one_that_was_not_found() {
+    let proved = "the goal cannot be reached: a program looked at all states";
+    let (code, err, json) = plan(&["two_pots.pddl", "--time", "1", "--json"]);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(json["fault"].as_str().unwrap().starts_with(proved), "{json}");
+    assert_eq!(json["valid"], false);
+    // A plan exists; there is no time for it.
+    let (code, err, json) = plan(&["pushing.pddl", "--time", "0.05", "--json"]);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(!json["fault"].as_str().unwrap().contains("cannot be reached"), "{json}");
+}

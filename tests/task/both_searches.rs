@@ -357,3 +357,27 @@ fn plans_that_no_relaxed_plan_shows_are_found_forward() {
     // The wrong variant goes by relaxed plans alone.
     assert_eq!(solved(&["forward/strays"]), Vec::<u64>::new());
 }
+
+/// One van without limit fetches three parcels along a road with a branch. The shortest plan has 16 actions.
+const PARCELS: [&str; 2] = [
+    "(define (domain parcels) (:requirements :typing) (:types stop parcel)
+        (:predicates (at ?s - stop) (road ?s ?t - stop) (aboard ?p - parcel) (lies ?p - parcel ?s - stop))
+        (:action drive :parameters (?s ?t - stop) :precondition (and (at ?s) (road ?s ?t))
+            :effect (and (at ?t) (not (at ?s))))
+        (:action load :parameters (?p - parcel ?s - stop) :precondition (and (at ?s) (lies ?p ?s))
+            :effect (and (aboard ?p) (not (lies ?p ?s))))
+        (:action unload :parameters (?p - parcel ?s - stop) :precondition (and (at ?s) (aboard ?p))
+            :effect (and (lies ?p ?s) (not (aboard ?p)))))",
+    "(define (problem three) (:domain parcels) (:objects home a b c d e - stop p q r - parcel)
+        (:init (at home) (road home a) (road a home) (road a b) (road b a) (road b c) (road c b)
+            (road b d) (road d b) (road d e) (road e d) (lies p e) (lies q c) (lies r d))
+        (:goal (and (at home) (lies p home) (lies q home) (lies r home))))",
+];
+
+#[test]
+fn parcels_are_not_fetched_one_by_one() {
+    // Driving home with one parcel counted as much as driving on to the next: 26 actions.
+    let (_, course, valid) = run(PARCELS[0], PARCELS[1], Directions::Both, false, 20);
+    let actions = course.plan().count();
+    assert!(valid && (16..=24).contains(&actions), "{actions}");
+}

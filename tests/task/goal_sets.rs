@@ -312,7 +312,8 @@ fn all_nodes_are_neurons_weights_or_sums() {
         }
     }
     // What is left are plain sums: of outputs, or of outputs through a slower synapse. `chance` adds noise to one.
-    // `synapses` are plastic ones, and what they pass on: `recalled`, `missing`, `kin`, `marks`.
+    // `synapses` are plastic ones, and what they pass on: `recalled`, `missing`, `kin`, `marks`. So are `tried_synapses`, with their gate
+    // `note`, and pass on `tried`.
     let expected = [
         "any_count_slot",
         "any_retreat",
@@ -333,6 +334,7 @@ fn all_nodes_are_neurons_weights_or_sums() {
         "marks",
         "missing",
         "newly_reachable_before",
+        "note",
         "own",
         "ready",
         "recalled",
@@ -341,6 +343,8 @@ fn all_nodes_are_neurons_weights_or_sums() {
         "slow",
         "synapses",
         "ticks",
+        "tried",
+        "tried_synapses",
         "urgency",
         "winner_rows",
     ];

@@ -496,12 +496,14 @@ fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
         ["(free ?b))", "(free ?b) (preference one (seen ?t)))"],
         ["(not (free ?b))", "(probabilistic 0.5 (not (free ?b)))"],
         ["(not (free ?b))", "(oneof (seen ?t) (not (free ?b)))"],
+        ["(not (free ?b))", "(exists (?x - place) (free ?x))"],
     ];
     for (change, words) in sections.into_iter().zip([
         "needs processes and events, which go on by themselves",
         "needs constraints on the states along a plan",
         "needs hierarchical tasks and methods",
         "is a preference or a constraint on the states along a plan",
+        "makes the effect uncertain",
         "makes the effect uncertain",
         "makes the effect uncertain",
     ]) {

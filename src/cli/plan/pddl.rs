@@ -10,6 +10,7 @@ use symbolt::plan::goal_sets::{
 };
 use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, shorten, validate};
 use symbolt::sim::{Seed, SimDuration};
+use symbolt::study::problems::{Distance, distance};
 use symbolt::task::planner::PlannerKind;
 
 use super::args::PlanArgs;
@@ -163,9 +164,13 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
         }
         course => course?,
     };
-    drop(progress);
     let steps = grounded.steps(course.plan());
     let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
+    let never = course.begun.is_empty() && checked.is_err() && proved_unreachable(&grounded);
+    drop(progress);
+    if never {
+        return Ok(End::Unreachable(NEVER.into()));
+    }
     let cost = problem.metric.is_some().then(|| {
         // Without actions the sum of floats is -0.
         course.plan().map(|operator| grounded.operators[operator].cost.value()).sum::<f64>() + 0.0
@@ -183,6 +188,20 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
     };
     out.write(&text)?;
     Ok(End::Answered(checked.err().map(|fault| answer.failure(&spec, &fault.to_string()))))
+}
+
+/// What is said of a goal that no state has.
+const NEVER: &str = "the goal cannot be reached: a program looked at all states that can be reached, after a search in vain";
+
+/// States that are looked at times operators: a few seconds at most.
+const LOOKS: usize = 100_000_000;
+
+/// Returns whether it is sure that no plan exists. A plain program looks at all states, if they are not too many; it decides on no
+/// action.
+fn proved_unreachable(problem: &Grounded) -> bool {
+    let most = LOOKS / (problem.operators.len() * problem.fluents.len().div_ceil(64)).max(1);
+    distance(problem, &problem.start.iter().copied().collect(), most.min(1_000_000))
+        == Distance::Never
 }
 
 /// Checks and returns the settings.

@@ -44,8 +44,9 @@ pub(super) fn memory(
     let moving = (goals, &choice.winner);
     let changes = changes.collect();
     let tree = Tree::new(w, layout, (phases, signals), &TURNS, moving, changes, Visited::Around);
-    let operators = tree.tabu.count;
-    w.link(&tree.tabu, &choice.eligible, each(operators, -1.3));
-    w.link(&tree.tabu, &choice.utilities, each(operators, BAR));
+    for tabu in &tree.tabu {
+        w.link(tabu, &choice.eligible, each(tabu.count, -1.3));
+        w.link(tabu, &choice.utilities, each(tabu.count, BAR));
+    }
     tree
 }

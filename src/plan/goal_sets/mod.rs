@@ -14,7 +14,7 @@
 //! | `machine`, `control` | phases and signals, and the table of transitions |
 //! | `costs` | the wave from what holds; how far each fluent is |
 //! | `choice`, `race` | relevance, veto, utilities, chance after a search that failed, and the race |
-//! | `synapses`, `tree`, `memory` | plastic synapses; slots for sets, the way back, and the retreat from dead ends |
+//! | `synapses`, `tried`, `tree`, `memory` | plastic synapses; slots for sets, what was tried in each, the way back, and the retreat from dead ends |
 //! | `senses` | what a planner is told |
 //! | `motor` | what a set takes over; the units that show an action |
 //! | `graph` | all parts of the search backward as one module |
@@ -71,6 +71,7 @@ mod senses;
 mod spikes;
 mod synapses;
 mod tree;
+mod tried;
 mod useless;
 mod wiring;
 mod world;

@@ -4,11 +4,14 @@
 //! number for each fluent. Two searches use the tree: backward its sets are goals, forward they are states.
 
 use super::synapses::{SynapsePorts, Synapses};
+use super::tried::Tried;
 use super::wiring::{AND, Group, Weight, Wiring, each, gather, replace, spread};
 use crate::sim::{Real, Synapse};
 
 /// Units of a slot.
 const SLOT_UNITS: usize = 20;
+/// Synapses of operators that take as much memory as a unit.
+const TRIED_PER_UNIT: usize = 1024;
 
 /// Where a slot keeps what.
 ///
@@ -29,7 +32,8 @@ impl Layout {
 
     /// Returns about how many units the slots take.
     pub fn units(&self) -> usize {
-        self.slots.saturating_mul(SLOT_UNITS)
+        // A table of what was tried counts too, where it is large.
+        self.slots.saturating_mul(SLOT_UNITS + self.operator_side.pow(2) / TRIED_PER_UNIT)
     }
 
     /// Returns the column that marks a slot as taken.
@@ -115,8 +119,8 @@ pub(super) struct Tree {
     pub child: Group,
     /// One item for each slot: 2 if it came from the present one.
     pub kin: Group,
-    /// Operators that lead to a visited set.
-    pub tabu: Group,
+    /// Operators that lead to a visited set, and those that have been tried in the present slot.
+    pub tabu: [Group; 2],
     /// Slots that are dead ends.
     pub dead: Group,
 }
@@ -245,6 +249,23 @@ impl Tree {
         w.link(&forbid, &tabu, each(operators, 1.2));
         w.link(&tabu, winner, each(operators, -4.0));
         w.link(phases, &tabu, turns.freed.iter().flat_map(|p| spread(*p, operators, -5.0)));
+        let notes = w.units("notes", 1);
+        let noted = turns.write.iter().chain([&turns.veto]).map(|phase| (*phase, 0, 1.0));
+        w.link(phases, &notes, noted.chain([(turns.written, 0, -3.0)]).collect::<Vec<_>>());
+        let gate = w.sum("note", 1);
+        w.link(&notes, &gate, [(0, 0, 1.0)]);
+        // An input where `notes` is cut.
+        w.bias(&gate, &[0.0]);
+        let ports = w.scope.add("tried_synapses", Tried { slots, operators });
+        for (from, to) in [
+            (&slot, &ports.slots),
+            (winner, &ports.operators),
+            (&gate, &ports.gate),
+            (&forgets, &ports.forget),
+        ] {
+            w.scope.connect(&from.out, to, Synapse::None);
+        }
+        let tabu = [tabu, w.relay("tried", &ports.tried, operators)];
         let dead = retreat(w, (phases, signals), turns, [&slot, &next, &marks]);
         Self { slot, next, shown, recalled, child, kin, tabu, dead }
     }

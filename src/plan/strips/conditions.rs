@@ -276,14 +276,14 @@ impl<'a> Scope<'a> {
                 let alone = under.conditions.is_empty() && self.variables.len() == under.own;
                 self.change(node, [function, amount], alone, action)
             }
-            ("probabilistic" | "oneof" | "unknown" | "or", _) if !known => {
+            ("probabilistic" | "oneof" | "unknown" | "or" | "exists" | "imply", _) if !known => {
                 let problem = format!(
                     "`({head} ...)` makes the effect uncertain, and this planner needs effects that are certain"
                 );
                 Err(self.source.fault(
                     node.place,
                     problem,
-                    "(PREDICATE ...) or (not (PREDICATE ...))",
+                    "(PREDICATE ...), (not (PREDICATE ...)) or (when CONDITION EFFECT)",
                 ))
             }
             _ => self.literal_effect(node, under, action),

@@ -46,6 +46,13 @@ impl Problem {
             reader.section(section, &mut problem)?;
         }
         reader.one_goal(&problem.name, sections)?;
+        if !sections.iter().any(|section| section.head() == Some(":init")) {
+            let what = format!(
+                "the problem `{}` has no (:init ...): nothing holds at first",
+                short(&problem.name)
+            );
+            source.warn(Place { line: 1, column: 1 }, what);
+        }
         problem.add_facts_of_types(domain);
         let increased = domain.actions.iter().flat_map(|action| &action.increases);
         if problem.metric.is_none() && increased.clone().any(|i| i.function.predicate == TOTAL_COST)

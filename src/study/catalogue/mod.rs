@@ -78,6 +78,7 @@ fn makers() -> Vec<Make> {
         |_| Ok(Box::new(goal_sets::Surprises::new())),
         |_| Ok(Box::new(goal_sets::LongPlans::new())),
         |_| Ok(Box::new(goal_sets::Tangled::new())),
+        |_| Ok(Box::new(goal_sets::Preferences::new())),
         |o| Ok(Box::new(goal_sets::Ipc::new(o)?)),
         |_| Ok(Box::new(stack_planner::StackPlans::new())),
         |_| Ok(Box::new(worlds::Worlds::new())),

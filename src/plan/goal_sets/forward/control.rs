@@ -116,6 +116,8 @@ pub(in crate::plan::goal_sets) enum Signal {
     Seen,
     /// The state has changed since the wave.
     Stale,
+    /// It is one that the search came back to, and no wave has run since.
+    Returned,
     /// The present slot is the first.
     First,
     /// The present slot is the last.
@@ -136,7 +138,7 @@ pub(in crate::plan::goal_sets) enum Signal {
 
 use Signal::{
     Beyond, Closed, Double, Eligible, First, Follows, Grows, Idle, Last, Left, News, Nobody, Open,
-    Reached, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Weary, Wide, Won,
+    Reached, Returned, Seen, Solved, Stale, Stalled, Unmet, Unreached, Unready, Weary, Wide, Won,
 };
 
 /// Signals that must have lasted, and for how many milliseconds.
@@ -153,7 +155,8 @@ const TRANSITIONS: &[Transition<Phase, Signal>] = &[
     (When::Nothing, Start, &[Idle], &[], &[]),
     (When::After(Start), Write, &[], &[], &[]),
     (When::After(Write), Settle, &[], &[], &[]),
-    (When::After(Settle), Race, &[], &[], &[]),
+    (When::After(Settle), Race, &[], &[], &[Returned]),
+    (When::After(Settle), Look, &[Returned], &[], &[]),
     (When::In(Race), Check, &[Won], &[], &[]),
     (When::In(Race), Mark, &[], &[Solved], &[Won]),
     (When::In(Race), Look, &[Stale, Unmet], &[Nobody], &[Won]),
@@ -230,6 +233,14 @@ impl Control {
         let changes = [(Write, 1.2), (Read, 1.2), (Wave, -4.0)];
         w.link(&phases, &stale, changes.map(|(phase, weight)| (phase.place(), 0, weight)));
         w.link(&stale, &signals, [(0, Stale.place(), 1.0)]);
+        // The relaxed plan of a state that was left is of no use in the one that the search comes back to.
+        let returned = w.latches("returned", 1);
+        w.link(
+            &phases,
+            &returned,
+            [(Read.place(), 0, 1.2), (Look.place(), 0, -4.0), (Start.place(), 0, -4.0)],
+        );
+        w.link(&returned, &signals, [(0, Returned.place(), 1.0)]);
         let wide = w.latches("wide", 1);
         w.link(&phases, &wide, [(Widen.place(), 0, 1.2), (Start.place(), 0, -4.0)]);
         w.link(&wide, &signals, [(0, Wide.place(), 1.0)]);

@@ -19,7 +19,7 @@ use crate::sim::{In, Module, Out, Real, Scope, Vector};
 /// Weight of an operator that adds a goal.
 const HELPS: Real = 0.4;
 /// Weight of an operator that adds all that another one of the relaxed plan lacks.
-const COMPLETES: Real = 0.4;
+const COMPLETES: Real = 0.15;
 /// Weight of each fluent that an operator adds and the relaxed plan needs, beyond the first.
 const SERVES: Real = 0.1;
 /// Weight of each operator of the relaxed plan that needs what an operator deletes.
@@ -253,7 +253,9 @@ impl Module for ForwardGraph {
         let winner = race(w, (phases, signals), &turns, &utilities);
         let layout = Layout::new(fluents, operators, slots);
         let tree = memory(w, &layout, &rules, (phases, signals), &state, &winner);
-        w.link(&tree.tabu, &eligible, each(operators, -1.5));
+        for tabu in &tree.tabu {
+            w.link(tabu, &eligible, each(operators, -1.5));
+        }
         for (name, source, when) in [
             ("begin", holds, &[Phase::Start as usize][..]),
             ("commit", &tree.child, &[Phase::Write as usize][..]),

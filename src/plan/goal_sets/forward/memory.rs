@@ -6,11 +6,11 @@ use crate::plan::goal_sets::tree::{Layout, Tree, Turns, Visited, gated};
 use crate::plan::goal_sets::wiring::{AND, Group, Wiring, each, gather, replace, spread};
 use crate::sim::Real;
 
-/// Weight with which dead ends make the search weary: about twenty of them do.
+/// Weight with which dead ends make the search weary: about forty of them do.
 ///
 /// A search in the order of depth can stay among dead ends for long. To begin anew, with other choices, costs little. (Gomes,
 /// Selman and Kautz, "Boosting combinatorial search through randomization", 1998.)
-const TIRES: Real = 0.022;
+const TIRES: Real = 0.011;
 
 const fn at(phase: Phase) -> usize {
     phase as usize

@@ -4,6 +4,7 @@ mod blind;
 mod ipc;
 mod kitchen;
 mod long;
+mod preferences;
 mod surprises;
 mod tangled;
 mod threats;
@@ -28,6 +29,7 @@ use crate::task::TaskError;
 pub(super) use ipc::Ipc;
 pub(super) use kitchen::Kitchens;
 pub(super) use long::LongPlans;
+pub(super) use preferences::Preferences;
 pub(super) use surprises::Surprises;
 pub(super) use tangled::Tangled;
 pub(super) use threats::Threats;
@@ -36,7 +38,7 @@ pub(super) use threats::Threats;
 const LOCK_MS: u64 = 100;
 
 /// Revision of all experiments here. It increases with every change of the planner's outcomes.
-const REVISION: u32 = 8;
+const REVISION: u32 = 9;
 
 /// The planner of a trial.
 #[derive(Debug, Clone, PartialEq)]
