@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use symbolt::sim::few;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
-use symbolt::task::domain::{RelationalDomain, RelationalOperator};
+use symbolt::task::domain::{Quantity, RelationalDomain, RelationalOperator};
 use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
 use symbolt::task::{Domain, TaskError};
 
@@ -16,7 +16,7 @@ use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
 use crate::cli::look::{look, loose, misses, position, read, target_json, wanted};
 use crate::cli::options::PlannerArgs;
-use crate::cli::output::{Place, Progress};
+use crate::cli::output::{Place, Progress, warn};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
 
 pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome, Error> {
@@ -36,6 +36,17 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     let goals = wanted(&domain, args.goal.as_deref())?;
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     let symbols = goals.iter().map(|goal| domain.goal_in_symbols(goal)).collect();
+    for goal in &goals {
+        let kind = &domain.states[goal.state].kind;
+        let present = scene.objects.iter().filter(|object| *object.kind == **kind).count();
+        if let Quantity::AtLeast(least) = goal.quantity
+            && (1..least).contains(&present)
+        {
+            warn(&format!(
+                "the goal asks for at least {least} of the kind {kind}; the scene has {present}, and all of them will do"
+            ));
+        }
+    }
     let layout = look(&args.grounding, &domain, &scene)?;
     progress.say(format!("planning towards {}", words.join(", ")));
     let planned = args.planner.domain(&domain);
