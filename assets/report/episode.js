@@ -5,6 +5,7 @@ class Episode {
     this.number = number;
     this.names = names;
     this.domain = data.domain;
+    this.outline = data.outline;
     this.film = (data.films ?? []).find((film) => film.episode === number);
     const lines = (data.events ?? []).filter((line) => line.episode === number);
     this.touches = lines.flatMap((line) => line.touch ?? []);
@@ -98,7 +99,13 @@ class Episode {
   // An object's name by its index among the parts of the scene.
   part(index) {
     const id = this.film?.objects?.parts[index]?.id;
-    return id ? this.names.say(id) : `part ${index + 1}`;
+    if (id) return this.names.say(id);
+    // A fixture that can be moved has no id of its own.
+    const { parts = [], kinds = [] } = this.outline ?? {};
+    const kind = kinds[parts[index]]?.name.replaceAll("_", " ");
+    const alike = (until) => parts.slice(0, until).filter((other) => other === parts[index]).length;
+    if (!kind) return `part ${index + 1}`;
+    return alike(parts.length) > 1 ? `${kind} ${alike(index)}` : `the ${kind}`;
   }
 
   // Where each object is at a moment, as statements; null if that is not known.

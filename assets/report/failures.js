@@ -4,10 +4,12 @@ const PICTURE = { width: 240, height: 160 };
 
 // The failed steps and a failed end, each with its moment, a sentence and a number in words.
 function failuresOf(episode) {
-  const fell = (act) => (act.outcome === "dropped" ? episode.lostAt(act) : undefined);
+  const came = (act) => {
+    const lost = act.outcome === "dropped" ? episode.lostAt(act) : undefined;
+    return lost === undefined ? act.came : act.came.replace("dropped", `dropped at ${seconds(lost, 1)}`);
+  };
   const found = episode.acts.filter((act) => act.action && !act.well && act.outcome !== "not begun").map((act) => ({
-    time: act.until, title: `${capital(act.words)}: ${act.came}${fell(act) === undefined ? "" : ` at ${seconds(fell(act), 1)}`}`,
-    number: missedBy(episode, act),
+    time: act.until, title: `${capital(act.words)}: ${came(act)}`, number: missedBy(episode, act),
   }));
   const { end } = episode;
   if (end && (end.ended !== "GoalMet" || !end.assembled)) {

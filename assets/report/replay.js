@@ -30,11 +30,12 @@ class Replay {
     const point = (event) => {
       const dragged = event.type === "pointermove" && event.buttons > 0;
       this.pointer = dragged ? null : [event.offsetX, event.offsetY];
+      this.touched = event.pointerType === "touch";
       this.tellPart();
     };
     ["pointermove", "pointerdown"].forEach((kind) => this.canvas.addEventListener(kind, point));
     this.canvas.addEventListener("pointerleave", (event) => {
-      // A finger leaves when it is lifted: what it has touched stays named.
+      // A finger leaves when it is lifted: what it has touched stays named at that moment.
       if (event.pointerType === "touch") return;
       this.pointer = null;
       this.tellPart();
@@ -92,6 +93,7 @@ class Replay {
   }
 
   show(time) {
+    if (this.touched && time !== this.time) this.pointer = null;
     this.time = time;
     this.pose(time);
     this.bodies.scene.updateMatrixWorld(true);

@@ -112,7 +112,7 @@ class LiveScene {
       // The camera frames the parts as they stand in the first frame.
       if (!this.replay) {
         this.replay = new Replay(this.section.querySelector(".view"), this.outline, this.frames, []);
-        this.replay.named = (part) => this.ids[part];
+        this.replay.named = (part) => this.ids[part].replaceAll("_", " ");
         this.listen();
       }
       const { drag, frames } = this;

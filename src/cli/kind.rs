@@ -73,6 +73,14 @@ const MAGIC: [(usize, &[u8], Kind); 25] = [
     (0, b"\xfe\xff", UTF_16),
 ];
 
+/// Returns whether bytes are no text: they have a NUL, or neither are UTF-8 nor lack other control characters.
+fn is_binary(bytes: &[u8]) -> bool {
+    // The bytes may end within a character.
+    let utf_8 = std::str::from_utf8(bytes).map_or_else(|e| e.error_len().is_none(), |_| true);
+    let control = |b: &u8| matches!(b, 1..=8 | 14..=26 | 28..=31);
+    bytes.contains(&0) || (!utf_8 && bytes.iter().any(control))
+}
+
 /// Formats that JSON files name, and their kinds.
 const FORMATS: [(&str, Kind); 6] = [
     ("symbolt-domain", Kind::Domain),
@@ -130,10 +138,7 @@ impl Kind {
             })),
             Some(b'(' | b';') => Self::of_lists(bytes),
             Some(b'<') => found(Self::of_markup(text)),
-            // What texts of every encoding lack: control characters that neither end lines nor space words.
-            _ if bytes.iter().any(|b| matches!(b, 0..=8 | 14..=26 | 28..=31)) => {
-                found(Self::Other("a binary file"))
-            }
+            _ if is_binary(bytes) => found(Self::Other("a binary file")),
             _ => found(Self::of_lines(text)),
         }
     }
@@ -499,7 +504,7 @@ mod tests {
 
     #[test]
     fn files_are_recognised_by_what_they_hold() {
-        let cases: [(&[u8], Kind); 27] = [
+        let cases: [(&[u8], Kind); 28] = [
             (b"", Kind::Other("empty")),
             (b" \n", Kind::Other("empty")),
             (b"{\"format\": \"symbolt-domain\", \"version\": 3}", Kind::Domain),
@@ -529,6 +534,7 @@ mod tests {
             (b"Dear all,\nhow are you", Kind::Other("text")),
             (b"a\0b", Kind::Other("a binary file")),
             (b"R\xc5\xb5\xbf\xa3\x17J", Kind::Other("a binary file")),
+            (b"t,x,y\n0,1,2\n\x1a", Kind::Log("a table (CSV)")),
             (b"caf\xe9\x1b[1m au lait", Kind::Other("text")),
         ];
         for (bytes, kind) in cases {

@@ -167,6 +167,13 @@ fn a_part_taken_away_by_hand_is_planned_anew_and_streamed_and_repeated_with_the_
     assert_eq!(2 * columns.as_object().unwrap().len(), live.len());
     let trace = std::fs::read_to_string(here.join("again-out/trace.jsonl")).unwrap();
     assert!(trace.contains("took bolt 0 away from (") && !trace.contains("put bolt 0 in the nut"));
+    let facts = std::fs::read_to_string(here.join("again-out/run.json")).unwrap();
+    let facts: Value = serde_json::from_str(&facts).unwrap();
+    assert_eq!(facts["summary"]["interventions"], 1);
+    let wrong = run(&["--interventions", "again-out/scene.json", "--out", "none"]);
+    let said = String::from_utf8_lossy(&wrong.stderr).into_owned();
+    let expected = "again-out/scene.json is a scene; expected a log of interventions";
+    assert_eq!(said, format!("symbolt: --interventions: {expected}\n"));
     // Without the hand it is another plan, with other numbers; a folder with files is not written to.
     let usual = run(&["--stream", "usual", "--out", "usual-out"]);
     assert!(usual.status.success() && arrays(&here.join("usual")) != live, "{usual:?}");

@@ -78,6 +78,16 @@ fn an_amplitude_scales_spikes_and_rates_and_nothing_else() {
         assert_eq!(half.rate(current), 0.5 * whole.rate(current));
         assert!((f64::from(single) - half.rate(current)).abs() < 1e-2);
     }
+    // Far above threshold, without a refractory time too.
+    for (tau_ref_s, currents) in [(0.002, [1e3, 1e6, f32::INFINITY]), (0.0, [1e3, 1e6, 1e8])] {
+        let lif = Lif { tau_ref_s, ..Lif::default() };
+        let mut singles = currents;
+        lif.rates_single(&mut singles);
+        for (current, single) in currents.into_iter().zip(singles) {
+            let rate = lif.rate(f64::from(current));
+            assert!((f64::from(single) / rate - 1.0).abs() < 1e-4, "{current}: {single}, {rate}");
+        }
+    }
     let mut graph = GraphBuilder::new();
     let given = graph.add("given", Constant::vector(&[0.6]));
     let spikes = Ensemble::new(1).neurons(100).model(half).expose_neurons().identity("x");

@@ -425,8 +425,10 @@ fn places_in_the_frames_of_objects_are_drawn_where_they_are() {
 
 fn a_failed_step_has_its_moment_its_number_and_a_picture() {
     // A run without failures: a step is said to have dropped its part.
-    let dropped = page().replacen(r#""outcome":"placed""#, r#""outcome":"dropped""#, 1);
-    assert_ne!(dropped, page());
+    let [was, is] = [r#""outcome":"placed""#, r#""outcome":"dropped""#];
+    let [came, comes] = [r#""came":"placed""#, r#""came":"dropped, but in place""#];
+    assert!(page().contains(was) && page().contains(came));
+    let dropped = page().replacen(was, is, 1).replacen(came, comes, 1);
     let script = "\
         const section = byId('failures'); found.hidden = section.hidden;\n\
         found.text = section.innerText; found.pictures = section.querySelectorAll('canvas').length;\n\
@@ -434,7 +436,7 @@ fn a_failed_step_has_its_moment_its_number_and_a_picture() {
         if (picture) { page.replay.copyTo(picture, page.acts[0].until);\n\
             const { data } = picture.getContext('2d').getImageData(0, 0, picture.width, picture.height);\n\
             found.colours = new Set(data).size; section.querySelector('button').click(); }\n\
-        found.time = page.time; found.until = page.acts[0].until;\n\
+        found.time = page.time; found.until = page.acts[0].until; found.lost = page.episode.lostAt(page.acts[0]);\n\
         found.row = page.decisionRows[0].querySelector('.bad')?.innerText;";
     let well = opened_in(&Window { width: 1366, dark: false }, &page(), script);
     assert_eq!(well["hidden"], true);
@@ -442,6 +444,10 @@ fn a_failed_step_has_its_moment_its_number_and_a_picture() {
     assert_eq!((&found["hidden"], &found["pictures"]), (&false.into(), &1.into()));
     assert!(number(&found["colours"]) > 20.0, "the picture is blank: {}", found["colours"]);
     assert!(text(&found["text"]).contains("at its target all the same"), "{}", found["text"]);
+    let lost = number(&found["lost"]);
+    assert!((0.1..number(&found["until"])).contains(&lost), "{lost}");
+    let title = format!(": dropped at {lost:.1} s, but in place");
+    assert!(text(&found["text"]).contains(&title), "{title}: {}", found["text"]);
     assert_eq!(found["time"], found["until"]);
     assert_eq!(found["row"], "dropped, but in place");
     // The same, had its target been ten metres off.

@@ -488,7 +488,7 @@ const WITHOUT: [(&str, &str); 8] = [
     ),
     (
         "`State::recurrent`, longer",
-        "a memory in spikes loses direction: a cosine of about 0.8 after 2 s at 64 dimensions",
+        "a memory in spikes loses direction: a cosine of about 0.86 after 2 s at 64 dimensions",
     ),
 ];
 

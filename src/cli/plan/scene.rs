@@ -8,8 +8,9 @@ use serde_json::{Value, json};
 use symbolt::sim::few;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
-use symbolt::task::domain::{Quantity, RelationalDomain, RelationalOperator};
+use symbolt::task::domain::{GoalTerm, Quantity, RelationalDomain, RelationalOperator};
 use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
+use symbolt::task::recording::Snapshot;
 use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
@@ -36,17 +37,8 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     let goals = wanted(&domain, args.goal.as_deref())?;
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     let symbols = goals.iter().map(|goal| domain.goal_in_symbols(goal)).collect();
-    for goal in &goals {
-        let kind = &domain.states[goal.state].kind;
-        let present = scene.objects.iter().filter(|object| *object.kind == **kind).count();
-        if let Quantity::AtLeast(least) = goal.quantity
-            && (1..least).contains(&present)
-        {
-            warn(&format!(
-                "the goal asks for at least {least} of the kind {kind}; the scene has {present}, and all of them will do"
-            ));
-        }
-    }
+    let warnings = fewer(&domain, &scene, &goals);
+    warnings.iter().for_each(|warning| warn(warning));
     let layout = look(&args.grounding, &domain, &scene)?;
     progress.say(format!("planning towards {}", words.join(", ")));
     let planned = args.planner.domain(&domain);
@@ -58,8 +50,16 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     drop(progress);
     let planner = &args.planner;
     let first = first(&plan, &planned);
-    let shown =
-        Shown { domain: &planned, layout: &layout, plan: &plan, words, symbols, planner, first };
+    let shown = Shown {
+        domain: &planned,
+        layout: &layout,
+        plan: &plan,
+        words,
+        symbols,
+        warnings,
+        planner,
+        first,
+    };
     let text = if args.common.json { shown.json().to_string() } else { shown.table() };
     out.write(&text)?;
     Ok(match (&plan.end, plan.moves.is_empty()) {
@@ -75,6 +75,22 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
         }
         _ => Outcome::Done,
     })
+}
+
+/// Says of which kinds a goal asks for more objects than the scene has.
+fn fewer(domain: &RelationalDomain, scene: &Snapshot, goals: &[GoalTerm]) -> Vec<String> {
+    let said = goals.iter().filter_map(|goal| {
+        let Quantity::AtLeast(least) = goal.quantity else { return None };
+        let kind = &domain.states[goal.state].kind;
+        let present = scene.objects.iter().filter(|object| *object.kind == **kind).count();
+        (1..least).contains(&present).then(|| {
+            let words = domain.goal_in_words(goal);
+            format!(
+                "\"{words}\": the scene has {present} of the kind {kind}, and all of them will do"
+            )
+        })
+    });
+    said.collect()
 }
 
 /// Returns the first decision with the domain that it is about.
@@ -117,6 +133,7 @@ struct Shown<'p> {
     /// The terms of the goal, as sentences and in symbols.
     words: Vec<String>,
     symbols: Vec<String>,
+    warnings: Vec<String>,
     planner: &'p PlannerArgs,
     /// The first decision, with the ground domain that it is about. Its milestones name operators.
     first: Option<(&'p Domain, Decision)>,
@@ -174,6 +191,7 @@ impl Shown<'_> {
             "goal": self.symbols.join(", "),
             "goals": self.symbols,
             "goal_words": self.words.join(", and "),
+            "warnings": self.warnings,
             "dropped": dropped.collect::<Vec<_>>(),
             "planner": self.planner.kind().name(),
             "mode": self.planner.mode,

@@ -149,7 +149,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     let json = || result.summary(args, folder.path());
     answer(&args.common, json, || result.text(args, folder.path(), begun.elapsed().as_secs_f64()))?;
     let unwritten = episodes.into_iter().find_map(|ran| ran.unwritten);
-    unwritten.map_or(Ok(outcome), |fault| Err(Error::msg(fault)))
+    let Some(fault) = unwritten else { return Ok(outcome) };
+    if let Outcome::Failed(sentence) = &outcome {
+        warn(sentence);
+    }
+    Err(Error::msg(fault))
 }
 
 /// Refuses `symbolt view`: this build does not have it.
@@ -394,7 +398,13 @@ fn episodes(
                 // The page shows the scene as it was.
                 let seed = scene_seed(runner.args, chosen);
                 let frame = Scene::new(runner.spec.task.scene(seed)?)?.frame();
-                (without_problem(&why, chosen, vec![frame]), ActivityRecorder::default())
+                let mut ran = without_problem(&why, chosen, vec![frame]);
+                ran.episode.not_made = runner.spec.interventions.entries().len();
+                let folder = runner.args.stream.as_deref().filter(|_| rank::leads());
+                ran.unwritten = folder.map(|folder| {
+                    format!("--stream {}: is empty: the episode did not begin", folder.display())
+                });
+                (ran, ActivityRecorder::default())
             }
             Err(error) => return Err(error),
         };

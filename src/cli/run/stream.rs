@@ -1,9 +1,10 @@
 //! `--stream`: what the planner's modules show, written to disk while the recorded episode goes on.
 
+use std::io::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, Error, bail};
+use anyhow::{Context, bail};
 use symbolt::task::event::{Event, Observer};
 use symbolt::task::execute::ActivityFiles;
 use symbolt::task::planner::Decider;
@@ -15,7 +16,7 @@ use crate::cli::output::warn;
 ///
 /// # Errors
 /// If it cannot be created, or is not empty.
-pub(super) fn checked(folder: &Path) -> Result<(), Error> {
+pub(super) fn checked(folder: &Path) -> Result<(), anyhow::Error> {
     let shown = folder.display();
     if folder == Path::new("-") || folder.is_file() {
         bail!(BadArgument(format!("--stream {shown}: must be a folder; name a new one")));
@@ -55,10 +56,14 @@ impl Stream {
         self.fault
     }
 
-    fn tell(&mut self, can: &str, fault: &dyn std::fmt::Display) {
+    fn tell(&mut self, can: &str, fault: &Error) {
         let folder = self.folder.display();
         warn(&format!("--stream {folder}: {can} be written: {fault}"));
-        self.fault = Some(format!("--stream {folder}: was not written to its end: {fault}"));
+        // A run that goes to another branch ends its files too, as its guide says: that is no failure.
+        if fault.raw_os_error().is_some() {
+            let end = if can == "cannot" { "" } else { " to the end" };
+            self.fault = Some(format!("--stream {folder}: was not written{end}: {fault}"));
+        }
     }
 }
 
@@ -66,9 +71,11 @@ impl Observer for Stream {
     fn observe(&mut self, event: &Event<'_>) {
         let Some(files) = &mut self.files else { return };
         files.observe(event);
-        if let Some(fault) = files.fault().map(ToString::to_string) {
-            self.tell("can no longer", &fault);
-            self.files = None;
+        if files.fault().is_none() {
+            return;
+        }
+        if let Some(fault) = self.files.take().as_ref().and_then(ActivityFiles::fault) {
+            self.tell("can no longer", fault);
         }
     }
 }

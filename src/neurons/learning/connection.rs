@@ -351,7 +351,9 @@ impl Node for Running {
             delta.fill(0.0);
         } else {
             let before = |row: usize, weights: &[f64]| {
-                later.iter_mut().skip(row).take(1).for_each(|out| *out = sources.through(weights));
+                if let Some(out) = later.get_mut(row) {
+                    *out = sources.through(weights);
+                }
             };
             finite = of.learn(weights, states, (tick, inputs), before, delta);
         }

@@ -264,6 +264,9 @@ fn rates_by_series((tau_ref, tau_rc): (f32, f32), amplitude: f32, currents: &mut
         let series = 1.0 / 5.0 + square * (1.0 / 7.0 + square * (1.0 / 9.0));
         let mantissa = 2.0 * s * (1.0 + square * (1.0 / 3.0 + square * series));
         let log = exponent as f32 * std::f32::consts::LN_2 + mantissa;
+        // Far above threshold the quotient is 1 but for rounding; ln(1 + x) is x - x^2 / 2 there.
+        let inverse = 1.0 / over;
+        let log = if over > 1e3 { inverse * (1.0 - 0.5 * inverse) } else { log };
         *current = if *current > 1.0 { amplitude / (tau_ref + tau_rc * log) } else { 0.0 };
     }
 }

@@ -218,7 +218,10 @@ impl<'d> Problem<'d> {
                 && self.tests_of(goal).iter().all(|test| test.holds(now))
         };
         // A term about all objects of a kind says nothing where there are none, unless nothing else is asked for.
-        let idle = |goal: &&GoalTerm| self.tests_of(goal).is_empty() && !self.goal_tests.is_empty();
+        let idle = |goal: &&GoalTerm| {
+            let every = goal.quantity == Quantity::EachObject;
+            every && self.tests_of(goal).is_empty() && !self.goal_tests.is_empty()
+        };
         for goal in self.goals.iter().filter(|goal| !held(goal) && !idle(goal)) {
             let state = &self.domain.states[goal.state];
             let name = || state.name.clone();
@@ -232,12 +235,13 @@ impl<'d> Problem<'d> {
                 let kind = state.frame.name().to_owned();
                 return Err(ProblemError::NoReference { state: name(), kind });
             }
-            let least = match goal.quantity {
-                Quantity::AtLeast(_) | Quantity::EachObject => 1,
-                Quantity::EachReference(n) => n * references,
-            };
             let present = self.of_kind(&state.kind).count();
-            if present < least {
+            let (least, lacks) = match goal.quantity {
+                Quantity::AtLeast(n) => (n, present == 0),
+                Quantity::EachObject => (1, present == 0),
+                Quantity::EachReference(n) => (n * references, present < n * references),
+            };
+            if lacks {
                 let kind = state.kind.clone();
                 return Err(ProblemError::TooFew { state: name(), kind, least, present });
             }

@@ -176,6 +176,15 @@ impl RelationalDomain {
             let problem = format!("has `or` with `{name}` for `{}`", state.name);
             return Some(Fault::new(problem, "other states of the same kind"));
         }
+        let twice = goal.or.iter().enumerate().find(|(at, state)| goal.or[..*at].contains(state));
+        if let Some((_, state)) = twice.filter(|_| goal.or.len() <= self.states.len()) {
+            let problem = format!("has `{}` twice in `or`", self.states[*state].name);
+            return Some(Fault::new(problem, "each state once"));
+        }
+        if goal.or.len() > self.states.len() {
+            let problem = format!("has {} states in `or`", goal.or.len());
+            return Some(Fault::new(problem, "each state once"));
+        }
         if !goal.or.is_empty() && goal.quantity != Quantity::EachObject {
             let problem =
                 format!("has `or` for `{}`, and does not ask for each object", state.name);

@@ -164,7 +164,7 @@ impl Decided {
         let as_planned = self.landed.as_ref().map(|landed| landed.as_planned);
         match (self.outcome(), as_planned) {
             (None, _) if self.begun => Some("cut short".into()),
-            (None, _) => self.action.is_some().then(|| "not begun".into()),
+            (None, _) => self.done_in_words().map(|_| "not begun".into()),
             (Some(SkillOutcome::Placed), Some(false)) => Some("off its place".into()),
             (Some(outcome @ SkillOutcome::Placed), _) => Some(outcome.to_string()),
             (Some(outcome), None | Some(false)) => Some(outcome.to_string()),

@@ -25,7 +25,7 @@ pub(super) fn follow(demo: &Demonstration, least_m: f64) -> Vec<Track> {
         let mut open: Vec<usize> = (0..tracks.len()).collect();
         // Who let go of something at a new place carried it there, whatever took its old place.
         let carried = held.zip(snapshot.object).filter(|(t, o)| {
-            let is = &snapshot.objects[*o];
+            let Some(is) = snapshot.objects.get(*o) else { return false };
             let far = |t: usize| {
                 let was = &demo.snapshots[last[t].0].objects[last[t].1];
                 was.kind != is.kind || was.pose.distance(&is.pose) > least_m

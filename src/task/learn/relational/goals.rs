@@ -24,6 +24,8 @@ struct Ends<'m, 'r> {
     last: Vec<(usize, Situation)>,
     /// Number of demonstrations that have to end with a term fulfilled.
     enough: usize,
+    /// States that are one of several by which a condition of an action is met.
+    alternatives: BTreeSet<usize>,
     /// For each of the demonstrations, the tracks of which nobody knows where they are at its end.
     unknown: Vec<Vec<usize>>,
 }
@@ -57,7 +59,10 @@ pub(super) fn goals(
         (0..end.len()).filter(|t| unplaced(t) || motion.vanished(d, *t, at)).collect()
     };
     let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();
-    let ends = Ends { motion, found, last, enough, unknown };
+    let needs = operators.iter().flat_map(|operator| &operator.needs);
+    let either = needs.filter(|need| !need.or.is_empty()).flat_map(|need| need.states());
+    let alternatives = either.collect();
+    let ends = Ends { motion, found, last, enough, alternatives, unknown };
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
     let mut unachieved = Vec::new();
     for state in 0..found.states.len() {
@@ -70,8 +75,14 @@ pub(super) fn goals(
         }
     }
     for (state, or, held) in ends.dealt(&achieved) {
-        // Of the terms of its states, this is what they were for.
-        terms.retain(|(_, term)| term.state != state && !or.contains(&term.state));
+        // Of the terms of its states, this is what they were for; but a number that was the same each time was meant.
+        let same = |term: &GoalTerm| {
+            let count =
+                |end: &Situation| end.iter().flatten().filter(|l| l.state == term.state).count();
+            let counts: BTreeSet<usize> = ends.last.iter().map(|(_, end)| count(end)).collect();
+            term.quantity != Quantity::EachObject && counts.len() == 1
+        };
+        terms.retain(|(_, term)| (term.state != state && !or.contains(&term.state)) || same(term));
         let completed = or.iter().map(|s| ends.completed(*s)).fold(ends.completed(state), f64::max);
         let (quantity, of) = (Quantity::EachObject, ends.last.len());
         terms.push((completed, GoalTerm { state, or, quantity, reference: None, held, of }));
@@ -185,6 +196,8 @@ impl Ends<'_, '_> {
         let of = self.last.len();
         let (quantity, held) = match self.quantity_of_all(state) {
             Some(known) => known,
+            // Which of several keys was used depends on which there was. Another one at hand need not be used.
+            None if self.alternatives.contains(&state) => return None,
             None => return self.quantity_where_present(state),
         };
         Some((quantity, held, of))

@@ -274,6 +274,8 @@ fn operator(
         Some(motion.tracks[first.attempt.demo][track].kind.to_string())
     };
     let mut needs: Vec<Need> = Vec::new();
+    // States of kinds that were not there each time, of which all were in it when they were.
+    let mut at_times = BTreeSet::new();
     for condition in conditions(found.states.len()) {
         let all = held_before(&condition);
         // An instance that does not tell is left out, unless most do not.
@@ -293,6 +295,9 @@ fn operator(
         let placed = found.states[condition.state].origin == Origin::Placed;
         let every = placed && counts == present && numbers.len() > 1 && some > 1;
         let held = if every { of } else { held };
+        if every && numbers.contains(&0) {
+            at_times.insert(condition.state);
+        }
         let need = |verdict, holds, least| {
             let every = every && holds;
             Need { condition, or: Vec::new(), verdict, holds, least, every, held, of }
@@ -327,6 +332,11 @@ fn operator(
         }
     }
     for (subject, mut or) in alternatives(motion, found, instances) {
+        // Each time one of these did; what there is of another one need not.
+        needs.retain(|need| {
+            let state = need.condition.state;
+            !(need.every && at_times.contains(&state) && or.contains(&state))
+        });
         let condition = Condition { state: or.remove(0), subject };
         let (verdict, holds, least, every) = (NeedVerdict::Undecided, true, 1, false);
         needs.push(Need { condition, or, verdict, holds, least, every, held: of, of });
