@@ -462,12 +462,11 @@ fn a_step_that_ends_off_its_place_and_another_hand_are_told() {
     let page = page();
     let landed = r#""landed":{"as_planned":true"#;
     let hand = r#""events":[{"episode":0,"displaced":{"t":20.0,"object":"bolt_0","words":"another hand, not the robot, moved the bolt","from":{"position":[0.0,0.0,0.0],"orientation":[0.0,0.0,0.0,1.0]},"to":null}},"#;
-    let told = page.replacen(landed, r#""landed":{"as_planned":false"#, 1).replacen(
-        r#""events":["#,
-        hand,
-        1,
-    );
-    assert!(page.contains(landed) && told.len() > page.len() + 100);
+    let came = r#""came":"placed""#;
+    let told = page.replacen(landed, r#""landed":{"as_planned":false"#, 1);
+    let told = told.replacen(came, r#""came":"off its place""#, 1);
+    let told = told.replacen(r#""events":["#, hand, 1);
+    assert!(page.contains(landed) && page.contains(came) && told.len() > page.len() + 100);
     let script = "\
         found.story = byId('story').innerText; found.failures = byId('failures').innerText;\n\
         found.rows = [...document.querySelectorAll('#decisions tbody tr')].map((row) => row.innerText);\n\

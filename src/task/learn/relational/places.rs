@@ -341,7 +341,11 @@ impl Frames<'_, '_> {
             let careful = |i: usize| likelihood.is_careful(p.len(), &whole.position[i], extent[i]);
             p.len() == 1 || (0..3).all(careful)
         };
-        if places.len() < 2 || places.len() > most || gain < PLACES || !places.iter().all(tight) {
+        if places.len() < 2
+            || places.len() > most
+            || gain < PLACES.min(from)
+            || !places.iter().all(tight)
+        {
             return vec![group];
         }
         let of = |place: &Place| Group {
