@@ -84,9 +84,9 @@ impl Represent {
         self
     }
 
-    /// States that the value is fed back to the input with the weight 1, or nearly so. A memory drifts by the error of its decoding (Eliasmith
-    /// and Anderson 2003, section 8.2), so its decoders are then solved with a tenth of the regularisation: less error, and more
-    /// noise, which the synapse of the loop averages. Those of a pointer are also solved from more evaluation points, of norms
+    /// States that the value is fed back to the input with the weight 1, or nearly so. A memory drifts by the error of its
+    /// decoding (Eliasmith and Anderson 2003, section 8.2), so its decoders are then solved with a tenth of the regularisation:
+    /// less error, and more noise, which the synapse of the loop averages. Those of a pointer are also solved from more evaluation points, of norms
     /// near the radius, and its neurons come in pairs of opposite encoders; with Hadamard encoders, as [`fed_back`](Self::fed_back).
     pub fn kept(mut self) -> Self {
         self.memory = Memory::Kept;

@@ -309,17 +309,19 @@ impl Node for Running {
         let all: &mut [f64] = bytemuck::cast_slice_mut(io.state.longs);
         let (weights, states) = all.split_at_mut(of.start.len());
         let (pre, output) = (of.pre(inputs), &mut io.scratch.reals[..of.shape.outputs]);
-        let sources = Sources::of(pre, io.scratch.words, of.shape.outputs);
+        let told = of.rules.iter().any(|rule| rule.needs.output);
+        // What was emitted, and no rule is told, is not computed anew.
+        let rows = if told || !of.emits { of.shape.outputs } else { 0 };
+        let sources = Sources::of(pre, io.scratch.words, rows);
         // What no rule is told is computed row by row, while the rules change the weights.
-        let (output, later): (&[Real], &mut [Real]) =
-            match (of.rules.iter().any(|rule| rule.needs.output), of.emits) {
-                (true, _) => {
-                    sources.apply(weights, output);
-                    (output, &mut [])
-                }
-                (false, true) => (&[], &mut []),
-                (false, false) => (&[], output),
-            };
+        let (output, later): (&[Real], &mut [Real]) = match (told, of.emits) {
+            (true, _) => {
+                sources.apply(weights, output);
+                (output, &mut [])
+            }
+            (false, true) => (&[], &mut []),
+            (false, false) => (&[], output),
+        };
         let learning_at = 1 + usize::from(of.post.is_some());
         let tick = LearningTick {
             dt_s: cx.dt_s(),
