@@ -251,8 +251,8 @@ pub(crate) fn tell(message: &str) {
     let (name, rest) = text.split_at(PREFIX.len() - 1);
     let name = console::style(name).for_stderr().bold();
     let name = if rest.starts_with(" warning: ") { name.yellow() } else { name.red() };
-    // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "{name}{rest}");
+    // In one piece: messages of several processes may share standard error. If it is closed, the message is lost.
+    let _ = std::io::stderr().write_all(format!("{name}{rest}\n").as_bytes());
 }
 
 /// Sets the number of worker threads.

@@ -81,7 +81,7 @@ pub(crate) fn together(command: &str, main: impl FnOnce() -> Ended) -> ExitCode 
     super::rank::set(session.ranks());
     let message = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        eprintln!("symbolt: rank {rank} panicked; all ranks end");
+        super::output::tell(&format!("rank {rank} panicked; all ranks end"));
         message(panic);
     }));
     let Ended { code, sentence } = main();

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -85,12 +86,11 @@ impl MpiSession {
     /// Runs `main` in this process, and ends together with the others. An error that all processes have is told once;
     /// an error of some is told with their ranks. Returns success only if no process has failed.
     pub fn run<E: Into<Box<dyn Error>>>(main: impl FnOnce(&Ranks) -> Result<(), E>) -> ExitCode {
-        let tell = |sentence: &str| eprintln!("error: {sentence}");
         let session = match Self::start() {
             Ok(session) => session,
             Err(error) => {
                 if launched().rank == 0 {
-                    tell(&error.to_string());
+                    print_error(&error.to_string());
                 }
                 return ExitCode::FAILURE;
             }
@@ -100,7 +100,7 @@ impl MpiSession {
             let sentence = with_causes(&*error.into());
             Failure { code: 1, sentence }
         });
-        ExitCode::from(session.end(failure, tell))
+        ExitCode::from(session.end(failure, print_error))
     }
 
     /// Starts MPI. A session that is dropped before it has [ended](Self::end) ends all processes.
@@ -184,10 +184,17 @@ impl MpiSession {
 impl Drop for MpiSession {
     fn drop(&mut self) {
         if self.universe.is_some() {
-            eprintln!("error: rank {} ends before the others; all ranks end", self.ranks.rank());
+            let rank = self.ranks.rank();
+            print_error(&format!("rank {rank} ends before the others; all ranks end"));
             SimpleCommunicator::world().abort(1);
         }
     }
+}
+
+/// Prints one error to standard error, in one piece: the launcher mixes what its processes and itself write.
+fn print_error(sentence: &str) {
+    // If standard error is closed, the message is lost.
+    let _ = std::io::stderr().write_all(format!("error: {sentence}\n").as_bytes());
 }
 
 fn with_causes(error: &dyn Error) -> String {
