@@ -18,7 +18,7 @@ use symbolt::sim::{
 fn mpirun(ranks: usize, program: &Path) -> Command {
     let mut command = Command::new("mpirun");
     command
-        .args(["--timeout", "120", "--oversubscribe", "-n", &ranks.to_string()])
+        .args(["--timeout", "600", "--oversubscribe", "-n", &ranks.to_string()])
         .arg(program)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
