@@ -7,5 +7,6 @@ mod docs;
 mod examples;
 mod front_door;
 mod guides;
+mod keys;
 mod mistakes;
 mod models;
