@@ -279,7 +279,7 @@ fn a_bare_layer_beside_others_has_the_synapse_of_its_route_alone() {
     let outs: Vec<_> = (0..5).map(|i| graph.add(&format!("out{i}"), Add::vector(1))).collect();
     let slow = Synapse::lowpass_ms(40);
     let x = bare.output("x");
-    for from in [&given.output, &x, &x] {
+    for from in [&given, &x, &x] {
         graph.connect(from, &outs[0].input, slow);
     }
     let doubled = x.transform([[2.0]]);
