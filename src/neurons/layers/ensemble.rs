@@ -37,11 +37,12 @@ pub(super) struct Decoded {
 /// the layer as its node `neurons`.
 ///
 /// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
-/// times [`size`](Self::size). Encoders are random directions. Evaluation points have random directions too, and norms as
-/// in a ball of the radius; from three dimensions on as in one of three, since nearly all points of a ball of many
-/// dimensions lie at its surface. In one dimension they lie evenly apart. Intercepts are drawn from the distribution of one
-/// coordinate in the ball, so that neurons fire where values are (Gosmann and Eliasmith 2016). Direct mode computes the functions
-/// exactly, of the vector limited to the radius, because neurons saturate there. Solving costs O(points x neurons^2), about 0.1 s for 1,000 neurons.
+/// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
+/// radius, and in one dimension lie evenly apart. In more than three dimensions their norms are those of a ball of three:
+/// nearly all points of a ball of many dimensions lie at its surface. Intercepts are drawn from the distribution of one
+/// coordinate in the ball, so that neurons fire where values are (Gosmann and Eliasmith 2016). Direct mode computes the
+/// functions exactly, of the vector limited to the radius, because neurons saturate there. Solving costs
+/// O(points x neurons^2), about 0.1 s for 1,000 neurons.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
