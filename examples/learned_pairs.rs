@@ -84,11 +84,12 @@ fn nearest(rows: &[f32], vector: &[f32]) -> usize {
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    for pairs in [20, 100, 200] {
-        let shares = run(pairs, 2000, Seed::new(1))?;
+    // A full memory, and two that are too full.
+    for (pairs, neurons) in [(100, 1200), (200, 500), (400, 500)] {
+        let shares = run(pairs, neurons, Seed::new(1))?;
         let shares: Vec<String> = shares.iter().map(|s| format!("{:.0} %", 100.0 * s)).collect();
         println!(
-            "{pairs} pairs, recalled from the oldest fifth to the latest: {}",
+            "{pairs} pairs in {neurons} neurons, recalled from the oldest fifth to the latest: {}",
             shares.join(", ")
         );
     }

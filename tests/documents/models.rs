@@ -159,6 +159,8 @@ fn pairs_are_learned_and_recalled_in_spikes() {
     assert_eq!(shares.len(), 5);
     let all = shares.iter().sum::<f64>() / 5.0;
     assert!(all >= 0.95, "{shares:?}");
+    let crowded = learned_pairs::run(200, 500, Seed::new(1)).expect("runs");
+    assert!(crowded[0] > crowded[4] && (0.6..0.95).contains(&crowded[4]), "{crowded:?}");
 }
 
 #[test]

@@ -15,17 +15,17 @@ use symbolt::sim::{
 
 use crate::things::{lif, rate};
 
-/// Builds a graph of an ensemble and a constant that feeds it, as wide as it must be: 1 to 3 numbers.
+/// Builds a graph of an ensemble and a constant that feeds it, as wide as it must be: 1, 2, 3 or 8 numbers.
 fn build(ensemble: Ensemble, plan: &PopulationPlan) -> Result<Graph, String> {
     let of = |width: usize| {
         let mut graph = GraphBuilder::new();
-        let given = graph.add("given", Constant::vector(&[0.0, 0.0, 0.0][..width]));
+        let given = graph.add("given", Constant::vector(&[0.0; 8][..width]));
         let a = graph.add("a", ensemble.clone());
         graph.connect(&given, &a.input, Synapse::None);
         let built = graph.build(Timebase::default(), plan, Seed::new(1));
         built.map_err(|errors| errors.to_string())
     };
-    of(1).or_else(|error| of(2).or_else(|_| of(3)).or(Err(error)))
+    of(1).or_else(|error| [2, 3, 8].into_iter().find_map(|width| of(width).ok()).ok_or(error))
 }
 
 fn built(ensemble: Ensemble) -> BuiltEnsemble {
@@ -127,6 +127,18 @@ fn draws_come_from_where_they_are_said_to() {
     assert!(encoders.rows().into_iter().all(|row| (row.dot(&row) - 1.0).abs() < 1e-12));
     let mean = encoders.mean_axis(ndarray::Axis(0)).expect("rows");
     assert!(mean.iter().all(|x| x.abs() < 4.0 / 900f64.sqrt()), "{mean}");
+}
+
+#[test]
+fn evaluation_points_lie_well_within_the_radius_too() {
+    let points = built(Ensemble::new(8).radius(2.0).identity("x")).evaluation_points("x");
+    let (points, _) = points.expect("points");
+    assert_eq!(points.dim(), (1200, 8));
+    let norms: Vec<f64> = points.rows().into_iter().map(|row| row.dot(&row).sqrt()).collect();
+    assert!(norms.iter().all(|norm| *norm <= 2.0));
+    // An eighth of them, 4 standard errors. Evenly in a ball of eight dimensions it would be 5 of 1,200.
+    let inner = norms.iter().filter(|norm| **norm < 1.0).count();
+    assert!((104..196).contains(&inner), "{inner}");
 }
 
 #[test]

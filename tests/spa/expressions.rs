@@ -270,6 +270,33 @@ fn a_route_from_a_bare_layer_has_one_synapse() {
 }
 
 #[test]
+fn a_bare_layer_beside_others_has_the_synapse_of_its_route_alone() {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.5]));
+    let one = graph.add("one", Constant::scalar(1.0));
+    let bare = graph.add("bare", Ensemble::new(1).identity("x"));
+    graph.route(&given >> &bare);
+    let outs: Vec<_> = (0..5).map(|i| graph.add(&format!("out{i}"), Add::vector(1))).collect();
+    let slow = Synapse::lowpass_ms(40);
+    let x = bare.output("x");
+    for from in [&given, &x, &x] {
+        graph.connect(from, &outs[0].input, slow);
+    }
+    let doubled = x.transform([[2.0]]);
+    graph.route((&given + 2.0 * &x >> &outs[1]).via(slow));
+    graph.route((&given + doubled.clone() >> &outs[2]).via(slow));
+    let twice = &given + doubled.clone() + &given + doubled.clone();
+    graph.route((0.5 * twice >> &outs[3]).via(slow));
+    // A product needs the synapse in front of it too.
+    graph.route((&given + &one * doubled >> &outs[4]).via(slow));
+    let sim = graph.run(&PopulationPlan::direct(), Seed::new(1), ms(40)).unwrap();
+    let found: Vec<f32> = outs.iter().map(|out| sim.value(&out.output)[0]).collect();
+    assert!(found[0] > 0.7 && found[0] < 1.0, "{found:?}");
+    assert!(found[1..4].iter().all(|value| (value - found[0]).abs() < 1e-6), "{found:?}");
+    assert!(found[4] < found[0] - 0.02, "{found:?}");
+}
+
+#[test]
 fn faults_of_maps_and_ensembles_say_what_is_expected() {
     let things = Things::vocabulary(64, Seed::new(1)).unwrap();
     struct Other;

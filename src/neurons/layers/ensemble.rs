@@ -38,9 +38,11 @@ pub(super) struct Decoded {
 ///
 /// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
 /// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
-/// radius, and in one dimension lie evenly apart. Intercepts are drawn from the distribution of one coordinate of the
-/// points, so that neurons fire where values are (Gosmann and Eliasmith 2016). Direct mode computes the functions
-/// exactly, of the vector limited to the radius, because neurons saturate there. Solving costs O(points x neurons^2), about 0.1 s for 1,000 neurons.
+/// radius, and in one dimension lie evenly apart. In more than three dimensions their norms are those of a ball of three:
+/// nearly all points of a ball of many dimensions lie at its surface. Intercepts are drawn from the distribution of one
+/// coordinate in the ball, so that neurons fire where values are (Gosmann and Eliasmith 2016). Direct mode computes the
+/// functions exactly, of the vector limited to the radius, because neurons saturate there. Solving costs
+/// O(points x neurons^2), about 0.1 s for 1,000 neurons.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
@@ -346,7 +348,7 @@ impl Node for Ensemble {
         let mut rng = Seed::new(0).derive("", "fingerprint").rng();
         let (mut point, mut out) = (vec![0.0; self.dims], vec![0.0; self.outputs()]);
         for _ in 0..128 {
-            in_ball(&mut rng, &mut point);
+            in_ball(&mut rng, &mut point, usize::MAX);
             let value: Vec<Real> = point.iter().map(|v| *v as Real * self.radius).collect();
             self.compute(&value, &mut out);
             hash.reals(&out);
@@ -384,10 +386,10 @@ impl Module for Ensemble {
     }
 }
 
-/// Draws a vector evenly from the unit ball.
-fn in_ball<R: Rng>(rng: &mut R, out: &mut [f64]) {
+/// Draws a vector from the unit ball: its direction evenly, its length as in a ball of at most `most` dimensions.
+fn in_ball<R: Rng>(rng: &mut R, out: &mut [f64], most: usize) {
     on_sphere(rng, out);
-    let length = rng.random::<f64>().powf(1.0 / out.len() as f64);
+    let length = rng.random::<f64>().powf(1.0 / out.len().min(most) as f64);
     out.iter_mut().for_each(|value| *value *= length);
 }
 
@@ -504,7 +506,7 @@ impl Ensemble {
                 return rows.iter().flatten().map(|x| x / radius).collect();
             }
             Some(Ok(count)) => *count,
-            None => (neurons * 3 / 2).clamp(500, 3_000),
+            None => (neurons * 3 / 2).clamp(if self.dims == 1 { 500 } else { 1_000 }, 3_000),
         };
         if self.dims == 1 {
             // Evenly apart, as in other layers: chance would favour one side of few neurons.
@@ -512,7 +514,7 @@ impl Ensemble {
         }
         let mut rng = seed.derive("", "points").rng();
         let mut values = vec![0.0; count * self.dims];
-        values.chunks_exact_mut(self.dims).for_each(|value| in_ball(&mut rng, value));
+        values.chunks_exact_mut(self.dims).for_each(|value| in_ball(&mut rng, value, 3));
         values
     }
 

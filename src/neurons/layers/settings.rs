@@ -490,8 +490,8 @@ impl Ensemble {
         self
     }
 
-    /// Sets the number of evaluation points (1 to 1,000,000), which are drawn evenly from the ball, and in one
-    /// dimension lie evenly apart. Default: 1.5 per neuron, at least 500 and at most 3,000.
+    /// Sets the number of evaluation points (1 to 1,000,000). Default: 1.5 per neuron, at least 1,000 (500 in one
+    /// dimension) and at most 3,000.
     pub fn evaluation_count(mut self, count: usize) -> Self {
         self.settings.points = Some(Ok(count));
         self

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::kind::Kind;
 
 /// The port that a handle refers to, or a port name that was not found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PortRef {
     Known { builder: u64, node: usize, port: usize, name: Arc<str> },
     Unknown { node: String, port: String, kind: String, choices: Vec<String> },

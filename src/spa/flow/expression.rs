@@ -41,8 +41,7 @@ pub struct Flow<K: FlowKind> {
     level: Level,
     /// What determines the width and the space of the expression.
     pub(super) sources: Vec<Source<K>>,
-    /// All outputs in the expression, of every kind.
-    pub(super) leaves: Vec<PortRef>,
+    pub(super) leaves: Leaves,
     pub(super) lower: Arc<Lower<K>>,
 }
 
@@ -60,6 +59,29 @@ impl<K: FlowKind> Clone for Source<K> {
             Self::Output(out) => Self::Output(out.clone()),
             Self::Shape(shape) => Self::Shape(shape.clone()),
         }
+    }
+}
+
+/// All outputs in an expression, of every kind.
+#[derive(Clone, Default)]
+pub(super) struct Leaves {
+    pub ports: Vec<PortRef>,
+    /// Whether values that change are multiplied with each other: the expression is then not linear.
+    pub multiplied: bool,
+}
+
+impl Leaves {
+    /// Returns the leaves of a sum.
+    pub fn and(&self, other: &Self) -> Self {
+        let ports = [&*self.ports, &*other.ports].concat();
+        Self { ports, multiplied: self.multiplied || other.multiplied }
+    }
+
+    /// Returns the leaves of a product.
+    pub fn times(&self, other: &Self) -> Self {
+        let both = !self.ports.is_empty() && !other.ports.is_empty();
+        let Self { ports, multiplied } = self.and(other);
+        Self { ports, multiplied: multiplied || both }
     }
 }
 
@@ -95,7 +117,7 @@ impl<K: FlowKind> Flow<K> {
     pub(super) fn new(
         text: impl Into<Arc<str>>,
         level: Level,
-        (sources, leaves): (Vec<Source<K>>, Vec<PortRef>),
+        (sources, leaves): (Vec<Source<K>>, Leaves),
         lower: impl Fn(&mut Lowerer<'_, '_>, &K::Shape) -> Sum<K> + 'static,
     ) -> Self {
         Self { text: text.into(), level, sources, leaves, lower: Arc::new(lower) }
@@ -106,14 +128,15 @@ impl<K: FlowKind> Flow<K> {
         let name = out.port.name();
         let own = out.clone();
         let text = name.strip_suffix(".output").unwrap_or(&name).to_owned();
-        let from = (vec![Source::Output(out.clone())], vec![out.port.clone()]);
+        let leaves = Leaves { ports: vec![out.port.clone()], multiplied: false };
+        let from = (vec![Source::Output(out.clone())], leaves);
         Self::new(text, Level::Atom, from, move |_, _| Sum::output(&own))
     }
 
     /// Makes an expression of constant numbers. `text` names it in messages.
     fn fixed(values: Vec<Real>, text: impl Into<Arc<str>>) -> Self {
         let lower = move |_: &mut Lowerer<'_, '_>, _: &K::Shape| Sum::constant(values.clone());
-        Self::new(text, Level::Atom, (Vec::new(), Vec::new()), lower)
+        Self::new(text, Level::Atom, (Vec::new(), Leaves::default()), lower)
     }
 
     /// Returns the text of the expression where its context binds at least as tightly as `level`.
@@ -130,7 +153,7 @@ impl<K: FlowKind> Flow<K> {
             false => format!("{} + {}", self.text, other.text),
         };
         let sources = [self.sources, other.sources].concat();
-        let leaves = [self.leaves, other.leaves].concat();
+        let leaves = self.leaves.and(&other.leaves);
         let (a, b) = (self.lower, other.lower);
         Self::new(text, Level::Sum, (sources, leaves), move |cx, with| {
             let sign = if minus { -1.0 } else { 1.0 };
@@ -214,7 +237,7 @@ impl<V: VocabTag> Vocabulary<V> {
     ) -> Result<PointerValue<V>, VocabError> {
         let flow = expression.into_flow();
         let bad = |reason| VocabError::BadVector { name: flow.text.to_string(), reason };
-        if !flow.leaves.is_empty() {
+        if !flow.leaves.ports.is_empty() {
             return Err(bad("it has an output of a graph; expected constants".into()));
         }
         let mut graph = GraphBuilder::new();

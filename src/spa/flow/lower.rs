@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::kinds::FlowKind;
 use crate::sim::{
-    Constant, In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space,
-    Synapse, Vector, VocabTag, nearest_first,
+    Constant, In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, PortRef, Real, Scalar, Scope,
+    Space, Synapse, Vector, VocabTag, nearest_first,
 };
 use crate::spa::algebra::{Algebra, LinearMap};
 use crate::spa::modules::{
@@ -57,11 +57,13 @@ pub struct Lowerer<'s, 'b> {
     text: String,
     /// Synapse on the outputs of bare layers.
     pub(super) bare: Synapse,
+    /// Other outputs that get the synapse of bare layers.
+    pub(super) beside: Vec<PortRef>,
 }
 
 impl<'s, 'b> Lowerer<'s, 'b> {
     pub(super) fn new(scope: &'s mut Scope<'b>, text: &str) -> Self {
-        Self { scope, text: text.into(), bare: FEED_FORWARD }
+        Self { scope, text: text.into(), bare: FEED_FORWARD, beside: Vec::new() }
     }
 
     pub(super) fn refuse(&mut self, reason: &str) {
@@ -69,9 +71,14 @@ impl<'s, 'b> Lowerer<'s, 'b> {
         self.scope.refuse(reason);
     }
 
+    /// Returns whether an output gets the synapse of bare layers.
+    pub(super) fn takes_synapse(&self, port: &PortRef) -> bool {
+        self.scope.needs_synapse(port) || self.beside.contains(port)
+    }
+
     /// Connects an output inside an expression. Bare layers need a synapse.
     pub(super) fn connect<K: Kind>(&mut self, from: &Out<K>, to: &In<K>) {
-        let via = if self.scope.needs_synapse(&from.port) { self.bare } else { Synapse::None };
+        let via = if self.takes_synapse(&from.port) { self.bare } else { Synapse::None };
         self.scope.connect(from, to, via);
     }
 

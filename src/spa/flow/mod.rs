@@ -21,8 +21,8 @@
 //! `precedence` asks for them all the same; `#![allow(clippy::precedence)]` silences it. Constant parts are computed when
 //! the graph is described. Linear nodes cost no tick; each layer costs one synapse of 5 ms, as in the modules.
 //!
-//! The output of a bare [layer](crate::neurons::Layers) needs a synapse. If an expression has no other outputs, that of
-//! the route ([`Route::via`]) is applied to them, 5 ms by default; otherwise they get 5 ms in any case.
+//! The output of a bare [layer](crate::neurons::Layers) needs a synapse. That of the route ([`Route::via`]) is applied to
+//! it, 5 ms by default. If the expression has other outputs too and multiplies values that change, they get 5 ms in any case.
 //!
 //! Pointers of two vocabularies have different types, so an expression that mixes them does not compile:
 //!

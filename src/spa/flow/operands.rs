@@ -1,6 +1,6 @@
 //! The operands of expressions. `flow_ports!` makes ports one, and `flow_operators!` any other type.
 
-use super::expression::{Flow, IntoFlow, Level};
+use super::expression::{Flow, IntoFlow, Leaves, Level};
 use super::kinds::FlowKind;
 use super::operators::{flow_operators, flow_ports};
 use crate::neurons::{BilinearPorts, EnsemblePorts, GatePorts, LearnedPorts};
@@ -96,7 +96,7 @@ impl<V: VocabTag> IntoFlow for Name<V> {
 
     fn into_flow(self) -> Flow<Pointer<V>> {
         let name = self.as_str();
-        let none = (Vec::new(), Vec::new());
+        let none = (Vec::new(), Leaves::default());
         Flow::new(name, Level::Atom, none, move |cx, space| cx.named(space, name))
     }
 }

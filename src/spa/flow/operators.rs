@@ -23,7 +23,7 @@ fn product<A: FlowKind, B: FlowKind, C: FlowKind>(
     lower: impl Fn(&mut Lowerer<'_, '_>, &C::Shape, &Lower<A>, &Lower<B>) -> Sum<C> + 'static,
 ) -> Flow<C> {
     let text = format!("{} * {}", left.within(Level::Product), right.within(Level::Atom));
-    let leaves = [left.leaves, right.leaves].concat();
+    let leaves = left.leaves.times(&right.leaves);
     let (a, b) = (left.lower, right.lower);
     Flow::new(text, Level::Product, (sources, leaves), move |cx, shape| lower(cx, shape, &*a, &*b))
 }

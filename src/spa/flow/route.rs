@@ -93,10 +93,9 @@ impl Route {
     }
 
     /// Puts a synapse on the connection into the input. The default is none, because modules filter their outputs.
-    /// It replaces the 5 ms of bare layers, such as ensembles, if the expression has no other outputs; beside others, what is
-    /// scaled or transformed of a bare layer has the 5 ms too. So give the loop of a recurrent ensemble a route of its own:
-    /// `(a.output("x").transform(rows) >> &a).via(slow)` beside `(&input >> &a).via(slow)`. For a constant that a
-    /// [rule](super::Rules) lets pass, none stands for 5 ms.
+    /// It replaces the 5 ms of bare layers, such as ensembles, unless the expression multiplies values that change and has
+    /// other outputs too, or a [rule](super::Rules) opens the route: bare layers then have the 5 ms in front of it. What is
+    /// constant in a sum with a bare layer is not filtered. For a constant that a rule lets pass, none stands for 5 ms.
     pub fn via(mut self, synapse: Synapse) -> Self {
         self.via = synapse;
         self
@@ -167,10 +166,17 @@ impl Lowerer<'_, '_> {
             return;
         };
         let bare = |port: &PortRef| self.scope.needs_synapse(port);
-        let all_bare = !flow.leaves.is_empty() && flow.leaves.iter().all(bare);
+        let leaves = &flow.leaves.ports;
+        let all_bare = !leaves.is_empty() && leaves.iter().all(bare);
         if all_bare && open.is_none() {
             self.bare = if via == Synapse::None { FEED_FORWARD } else { via };
             via = Synapse::None;
+        } else if leaves.iter().any(bare) && open.is_none() && !flow.leaves.multiplied {
+            // A linear filter commutes with sums and matrices. In front of them it replaces the synapse that bare layers need.
+            if via != Synapse::None {
+                self.beside.clone_from(leaves);
+                self.bare = std::mem::take(&mut via);
+            }
         }
         let mut sum = (flow.lower)(self, &shape);
         if sum.constant.as_ref().is_some_and(|values| !self.fits::<K>(&shape, values)) {
@@ -198,7 +204,7 @@ impl Lowerer<'_, '_> {
     }
 
     fn end_at<K: FlowKind>(&mut self, out: &Out<K>, to: &In<K>, via: Synapse) {
-        let bare = self.scope.needs_synapse(&out.port) && via == Synapse::None;
+        let bare = self.takes_synapse(&out.port) && via == Synapse::None;
         self.scope.connect(out, to, if bare { self.bare } else { via });
     }
 

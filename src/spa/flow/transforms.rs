@@ -22,7 +22,7 @@ pub trait FlowExt: IntoFlow + Sized {
     {
         let (a, b) = (self.into_flow(), other.into_flow());
         let text = format!("dot({}, {})", a.text, b.text);
-        let leaves = [&*a.leaves, &*b.leaves].concat();
+        let leaves = a.leaves.times(&b.leaves);
         Flow::new(text, Level::Atom, (Vec::new(), leaves), move |cx, _| {
             let Some(space) = a.shape(cx.scope).or_else(|| b.shape(cx.scope)) else {
                 cx.refuse("the scalar product of two constants; expected an output on one side");
