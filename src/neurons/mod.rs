@@ -103,6 +103,7 @@ mod models;
 mod pattern;
 mod plan;
 mod poles;
+mod saturation;
 mod solve;
 mod solved;
 #[cfg(test)]
@@ -130,6 +131,7 @@ pub use models::{
 };
 pub use pattern::{PathPattern, PatternError};
 pub use plan::{LifSpec, NeuronSpec, Population, PopulationPlan, UnknownMode};
+pub use saturation::{LayerSaturation, Saturation};
 pub use solve::{L1, L2, LeastSquares, NoDecoders, Noisy, NonNegative, Solver};
 pub use solved::{SolvedError, SolvedFileError, SolvedModel};
 pub use traffic::Traffic;

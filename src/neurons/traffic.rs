@@ -31,11 +31,12 @@ impl Traffic {
     /// Counts the last tick of a run. Costs about as much as some ticks.
     pub fn of(sim: &Simulator) -> Self {
         let mut all = Self::default();
-        sim.look_at_parts(|node, part, mut state| {
-            let Some(layer) = node.downcast_ref::<Populated>() else { return };
+        sim.look_at_parts(|view| {
+            let Some(layer) = view.node.downcast_ref::<Populated>() else { return };
+            let mut state = view.state;
             for population in layer.populations() {
-                let (own, rest) = state.split_at(population.spec(part).state);
-                all.add(&population.bank, population.ensembles(part).len(), own);
+                let (own, rest) = state.split_at(population.spec(view.part).state);
+                all.add(&population.bank, population.ensembles(view.part).len(), own);
                 state = rest;
             }
         });

@@ -33,6 +33,7 @@ mod peers;
 mod populations;
 mod probes;
 mod processes;
+mod saturation;
 mod seeds_and_time;
 mod solved;
 mod solvers;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::neurons::bank::{Bank, Ensembles, Solved};
 use crate::sim::{
-    Fingerprint, Node, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, ScratchSpec, StateMut,
-    StateSpec, StepCx, mix64,
+    Fingerprint, Inputs, Node, Outputs, PartIo, PartSpec, Parts, PortDecl, Real, ScratchSpec,
+    StateMut, StateSpec, StepCx, mix64,
 };
 
 /// How the populations of a layer compute a tick. The default feeds the rows of the first input to the first
@@ -25,6 +25,12 @@ pub trait Circuit: Send + Sync + 'static {
     fn collect(&self, items: Range<usize>, results: &[Real], outputs: &mut Outputs<'_>) {
         let width = results.len() / items.len();
         outputs.get_mut(0)[items.start * width..items.end * width].copy_from_slice(results);
+    }
+
+    /// Adds to `values` the values that the ensembles of the first population are to represent, a row per ensemble, if
+    /// exact maths goes on beyond their radius. The default is for layers whose exact form is limited as their neurons are.
+    fn unlimited(&self, items: &Items<'_>, inputs: Inputs<'_>, values: &mut Vec<Real>) {
+        let _ = (items, inputs, values);
     }
 
     /// Adds to `hash` what neither the ports nor the populations determine.
@@ -175,6 +181,26 @@ impl Populated {
     /// Returns the populations.
     pub(in crate::neurons) fn populations(&self) -> &[Ensembles] {
         &self.populations
+    }
+
+    /// Adds to `values` what [`Circuit::unlimited`] says of the items of a part.
+    pub(in crate::neurons) fn unlimited(
+        &self,
+        part: usize,
+        inputs: Inputs<'_>,
+        values: &mut Vec<Real>,
+    ) {
+        self.circuit.unlimited(&self.items(part, 0), inputs, values);
+    }
+
+    /// Returns the radius of the ensembles of the first population; `None` if they cannot be drawn again.
+    pub(in crate::neurons) fn radius(&self) -> Option<f64> {
+        Some((self.first().origin.draft)(0).ok()?.radius)
+    }
+
+    /// Returns the number of dimensions of an ensemble of the first population.
+    pub(in crate::neurons) fn dims(&self) -> usize {
+        self.first().bank.shape().dims
     }
 
     /// Returns the banks, to be changed before the graph is built.

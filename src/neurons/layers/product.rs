@@ -6,7 +6,8 @@ use super::{Circuit, Items, Layer, Populated, check_radius};
 use crate::neurons::builder::{Components, Keep, Onset, PopulationBuilder};
 use crate::neurons::tuning::TuningError;
 use crate::sim::{
-    AdvanceIo, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PartIo, PortDecl, Real, StepCx,
+    AdvanceIo, Fingerprint, InputSpec, Inputs, Node, NodeFault, OutputSpec, PartIo, PortDecl, Real,
+    StepCx,
 };
 
 /// A request for the products of pairs of numbers: `out[i] = a[i] b[i]`.
@@ -79,12 +80,21 @@ impl Circuit for Squares {
         let (halves, squares) = io.scratch.reals[..4 * pairs.len()].split_at_mut(2 * pairs.len());
         let (a, b) = (&io.inputs.get(0)[pairs.clone()], &io.inputs.get(1)[pairs]);
         for ((two, a), b) in halves.chunks_exact_mut(2).zip(a).zip(b) {
-            two[0] = (a + b) / 2.0;
-            two[1] = (a - b) / 2.0;
+            two.copy_from_slice(&halves_of(*a, *b));
         }
         items.step(0, (halves, 1.0), io.state, squares);
         for (result, two) in io.results.iter_mut().zip(squares.chunks_exact(2)) {
             *result = two[0] - two[1];
         }
     }
+
+    fn unlimited(&self, items: &Items<'_>, inputs: Inputs<'_>, values: &mut Vec<Real>) {
+        let pairs = inputs.get(0)[items.range()].iter().zip(&inputs.get(1)[items.range()]);
+        values.extend(pairs.flat_map(|(a, b)| halves_of(*a, *b)));
+    }
+}
+
+/// Returns half the sum and half the difference.
+fn halves_of(a: Real, b: Real) -> [Real; 2] {
+    [(a + b) / 2.0, (a - b) / 2.0]
 }

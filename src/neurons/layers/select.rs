@@ -13,7 +13,7 @@ use super::{Circuit, Items, Layer, Populated};
 use crate::neurons::builder::{Components, Keep, Onset, PopulationBuilder};
 use crate::neurons::tuning::TuningError;
 use crate::sim::{
-    AdvanceIo, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PartIo, PortDecl, Real,
+    AdvanceIo, Fingerprint, InputSpec, Inputs, Node, NodeFault, OutputSpec, PartIo, PortDecl, Real,
     SimDuration, StateSpec, StepCx, decayed,
 };
 
@@ -307,9 +307,20 @@ enum Rivalry {
     Race { decay: Real, hold: Real, gain: Real },
 }
 
+/// Returns what inhibition from outside leaves of a utility.
+fn left(utility: Real, inhibit: Real) -> Real {
+    utility - INHIBITION * inhibit
+}
+
 impl Circuit for Choice {
     fn fingerprint(&self, hash: &mut Fingerprint) {
         self.rule.fingerprint(hash);
+    }
+
+    /// Utilities below 0 silence their neurons, and exact maths chooses none of them either.
+    fn unlimited(&self, items: &Items<'_>, inputs: Inputs<'_>, values: &mut Vec<Real>) {
+        let own = inputs.get(0)[items.range()].iter().zip(&inputs.get(1)[items.range()]);
+        values.extend(own.map(|(utility, inhibit)| left(*utility, *inhibit).max(0.0)));
     }
 
     fn advance(&self, items: &Items<'_>, io: &mut PartIo<'_>) {
@@ -317,7 +328,7 @@ impl Circuit for Choice {
         let (net, said) = io.scratch.reals[..2 * own.len()].split_at_mut(own.len());
         let (utilities, inhibit) = (&io.inputs.get(0)[own.clone()], &io.inputs.get(1)[own]);
         for ((net, utility), inhibit) in net.iter_mut().zip(utilities).zip(inhibit) {
-            *net = utility - INHIBITION * inhibit;
+            *net = left(*utility, *inhibit);
         }
         let output = &mut *io.results;
         match &self.rivalry {

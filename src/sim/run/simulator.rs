@@ -18,7 +18,7 @@ use super::world::World;
 use crate::sim::build::graph::{EventSource, Graph, OutputRef};
 use crate::sim::describe::builder::GraphBuilder;
 use crate::sim::describe::handle::{NodePorts, Out};
-use crate::sim::describe::io::{Outputs, StateMut, StateRef};
+use crate::sim::describe::io::{Inputs, Outputs, StateMut, StateRef};
 use crate::sim::describe::kind::{Kind, Vector};
 use crate::sim::describe::lowering::Lowering;
 use crate::sim::describe::parts::Parts;
@@ -80,6 +80,21 @@ impl<'a> SimView<'a> {
     pub fn world(&self) -> Option<&'a dyn World> {
         self.sim.world()
     }
+
+    pub(crate) fn look_at_parts(&self, look: impl FnMut(PartView<'_>)) {
+        self.sim.look_at_parts(look);
+    }
+}
+
+/// A part of a node after a tick.
+pub(crate) struct PartView<'a> {
+    /// Path of the node.
+    pub path: &'a str,
+    pub node: &'a dyn Any,
+    pub part: usize,
+    /// The node's inputs. Those that a synapse filters have their values of the next tick.
+    pub inputs: Inputs<'a>,
+    pub state: &'a [Real],
 }
 
 /// A run of a graph. It shares the graph and owns all numbers that change.
@@ -410,12 +425,20 @@ impl Simulator {
         unit < body.units() && body.event(&state, unit)
     }
 
-    /// Calls `look` with the node, the index and the state after the last tick of every part that this process computes.
-    pub(crate) fn look_at_parts(&self, mut look: impl FnMut(&dyn Any, usize, &[Real])) {
-        for (index, part) in self.graph.parts.iter().enumerate() {
-            let node = self.graph.divided[part.divided as usize].node as usize;
-            let body = &*self.graph.bodies[node] as &dyn Any;
-            self.team.with_state(index, |state| look(body, part.index as usize, state));
+    /// Calls `look` with every part that this process computes, as it is after the last tick.
+    pub(crate) fn look_at_parts(&self, mut look: impl FnMut(PartView<'_>)) {
+        for (at, part) in self.graph.parts.iter().enumerate() {
+            let plan = &self.graph.divided[part.divided as usize];
+            let node = plan.node as usize;
+            self.team.with_state(at, |state| {
+                look(PartView {
+                    path: &self.graph.nodes[node].path,
+                    node: &*self.graph.bodies[node] as &dyn Any,
+                    part: part.index as usize,
+                    inputs: self.arenas.stage.inputs(&self.graph.slots[plan.slots.of()]),
+                    state,
+                });
+            });
         }
     }
 
