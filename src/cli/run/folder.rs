@@ -48,7 +48,8 @@ pub(super) fn open(args: &RunArgs) -> Result<ResultFolder, Error> {
 /// Checks that a run may write to the folder.
 fn may_write(args: &RunArgs, folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
-        let problem = format!("{} is a file; a run needs a folder to write to", folder.display());
+        let problem =
+            format!("cannot write to {}: it is a file; expected a folder", folder.display());
         bail!(BadArgument(problem));
     }
     let facts = folder.join(FACTS);
