@@ -26,7 +26,7 @@ const PARTS = {
 const INNER = new Set(["population", "output", "out", "logic", "analog", "race", "select"]);
 
 // What paths are called in words and what is there. The page fills it.
-const NOTES = {};
+const NOTES = Object.create(null);
 
 // A module that carries an expression to another one is called `to.` and the name of its target.
 const isRoute = (path) => /^to\.[^/]*$/.test(path);
@@ -35,7 +35,7 @@ const isRoute = (path) => /^to\.[^/]*$/.test(path);
 function partOf(path) {
   const last = path.slice(path.lastIndexOf("/") + 1);
   if (NOTES[path]) return NOTES[path].name;
-  if (!last.startsWith("to.")) return PARTS[last] ?? last;
+  if (!last.startsWith("to.")) return Object.hasOwn(PARTS, last) ? PARTS[last] : last;
   const target = last.slice(3).split(".");
   const known = target.map((_, i) => NOTES[target.slice(0, i + 1).join("/")]).findLast(Boolean);
   return `to ${known?.name ?? target.join(" ")}`;

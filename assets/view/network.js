@@ -15,7 +15,7 @@ function drawn(tag, attributes, ...children) {
 // The lines of a name in a box: at most two, cut in the middle where they are too long.
 function linesOf(name) {
   const short = (text) => (text.length > 20 ? `${text.slice(0, 9)}…${text.slice(-9)}` : text);
-  if (name.length <= 20) return [name];
+  if (name.length <= 17) return [name];
   const spaces = [...name.matchAll(/ /g)].map(({ index }) => index);
   if (!spaces.length) return [short(name)];
   const at = spaces.reduce((best, one) => (Math.abs(one - name.length / 2) < Math.abs(best - name.length / 2) ? one : best));

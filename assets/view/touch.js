@@ -79,10 +79,12 @@ class Touch {
     this.showLayer();
   }
 
-  // The name of an output or layer in the chosen module: without that of the module, where the whole would not fit.
+  // The name of an output or layer inside the chosen module.
   inside(path) {
-    const own = partsOf(path).filter((one) => one.path !== this.path && !this.path.startsWith(`${one.path}/`));
-    return own.map(({ name }) => name).join(" › ") || partOf(this.path);
+    const at = path.lastIndexOf(".");
+    const node = at > path.lastIndexOf("/") ? path.slice(0, at) : path;
+    const own = around(node).filter((one) => one.startsWith(`${this.path}/`)).map(partOf);
+    return [...own, ...(node === path ? [] : [path.slice(at + 1)])].join(" › ") || partOf(this.path);
   }
 
   showOutput() {

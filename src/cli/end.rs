@@ -109,7 +109,11 @@ fn goal_set_code(error: &GoalSetError) -> u8 {
 fn file_code(error: &FileError) -> u8 {
     match error {
         // A name that no file can have, such as that of a folder.
-        FileError::Io { source, .. } if source.kind() == ErrorKind::InvalidInput => 2,
+        FileError::Io { source, .. }
+            if matches!(source.kind(), ErrorKind::InvalidInput | ErrorKind::NotADirectory) =>
+        {
+            2
+        }
         FileError::Io { what: "read", .. }
         | FileError::Exists { .. }
         | FileError::TooLarge { .. }

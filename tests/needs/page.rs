@@ -206,7 +206,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         const choose = (select, name) => {\n\
             select.value = [...select.options].find((option) => option.text === name).value;\n\
             select.dispatchEvent(new Event('change')); };\n\
-        choose(selects()[0], 'goal_set'); choose(selects()[1], 'utility');\n\
+        choose(selects()[0], 'goal set'); choose(selects()[1], 'utility');\n\
         byId('more').click(); found.three = selects().length;\n\
         [...document.querySelectorAll('#panels button')].filter((button) => button.textContent === 'Remove')[2].click(); found.two = selects().length;\n\
         found.shown = page.state().shown.map(({ module }) => module);\n\
