@@ -22,12 +22,14 @@ function linesOf(name) {
   return [short(name.slice(0, at)), short(name.slice(at + 1))];
 }
 
-// Draws an element anew only if its share of the brightness has changed by a step that can be seen.
+// A change of the share of the brightness that can be seen.
+const SEEN = 0.08;
+
+// Draws an element anew only if its share of the brightness has changed so far, or fallen to nothing.
 function steadily(element, share, draw) {
-  const steady = Math.round(20 * share) / 20;
-  if (element.steady === steady) return;
-  element.steady = steady;
-  draw(element, steady);
+  if (Math.abs(share - element.steady) < SEEN && (share > 0 || element.steady === 0)) return;
+  element.steady = share;
+  draw(element, share);
 }
 
 class Network {
@@ -241,12 +243,12 @@ class Network {
     for (const { path, nodes, lit } of this.drawn) {
       const share = Math.max(...nodes.map((node) => (activity[node] ?? 0) / this.most[node]));
       bright.set(path, share);
-      steadily(lit, share, ({ style }, steady) => { style.fillOpacity = 0.75 * steady; });
+      steadily(lit, share, ({ style }, share) => { style.fillOpacity = (0.75 * share).toFixed(2); });
     }
     for (const { path, from } of this.lines) {
-      steadily(path, bright.get(from) ?? 0, ({ style }, steady) => {
-        style.strokeOpacity = 0.25 + 0.7 * steady;
-        style.strokeWidth = 1 + 1.5 * steady;
+      steadily(path, bright.get(from) ?? 0, ({ style }, share) => {
+        style.strokeOpacity = (0.25 + 0.7 * share).toFixed(2);
+        style.strokeWidth = (1 + 1.5 * share).toFixed(2);
       });
     }
   }
