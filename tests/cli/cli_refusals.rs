@@ -121,7 +121,7 @@ fn an_output_folder_that_cannot_be_written_is_refused_before_any_work() {
     let long = format!("new/{}", "x".repeat(300));
     for args in commands {
         let places = [
-            ("demos.jsonl", if args[0] == "run" { 2 } else { 1 }, "demos.jsonl"),
+            ("demos.jsonl", 2, "cannot write to demos.jsonl: it is a file; expected a folder"),
             ("demos.jsonl/x", 2, "cannot make demos.jsonl/x: Not a directory"),
             ("/proc/x/y", 1, "cannot make /proc/x/y: No such file"),
             ("/proc", 1, "cannot write to /proc: "),
