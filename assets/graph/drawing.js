@@ -88,7 +88,7 @@ class Drawing {
     }
     const down = this.narrow;
     for (const box of boxes) {
-      box.title = box.path.split("/").map(inWordsOf).join(" › ");
+      box.title = around(box.path).map(partOf).join(" › ");
       box.note = box.units ? `${box.units} neurons` : box.inner ? plural(box.nodes, "node") : `width ${box.width}`;
       box.width = Math.max(box.title.length, box.note.length * 0.85, 4) * BOX.letter + 2 * BOX.pad;
       box.height = BOX.tall;
@@ -136,7 +136,7 @@ class Drawing {
       });
     }
     group.append(
-      shape("title", {}, `${box.path}: ${box.note}${box.inner ? "; press to open" : ""}`),
+      shape("title", {}, `${[box.path, box.note, meaningOf(box.path)].filter(Boolean).join(": ")}${box.inner ? "; press to open" : ""}`),
       shape("rect", { width: box.width.toFixed(1), height: box.height, rx: 7 }),
       shape("text", { x: (box.width / 2).toFixed(1), y: 17, "text-anchor": "middle", class: "name" }, box.title),
       shape("text", { x: (box.width / 2).toFixed(1), y: 34, "text-anchor": "middle", class: "note" }, box.note),

@@ -6,7 +6,8 @@ class GraphPage {
     this.time = 0;
     byId("title").textContent = data.title;
     document.title = data.title;
-    const { nodes, connections } = data.graph;
+    const { nodes, connections, notes } = data.graph;
+    Object.assign(NOTES, notes);
     const neurons = nodes.reduce((sum, node) => sum + node.neurons, 0);
     byId("summary").textContent = `${(1000 * data.simulated_s).toFixed(0)} simulated ms, ${plural(nodes.length, "node")}, `
       + `${plural(connections, "connection")}, ${plural(neurons, "spiking neuron")}, build seed ${data.seed}.`;

@@ -36,9 +36,8 @@ class Plots extends Panels {
     const modules = data.plots.map(unpackPlot);
     const { populations } = data.spikes;
     const spikes = { t: singles(data.spikes.t), row: singles(data.spikes.row) };
-    const layers = populations.map((population) => ({ ...population, path: nameOf(population.path).replaceAll(" › ", "/") }));
     super({
-      duration: data.simulated_s, modules, spikes, populations: layers, rows: populations.reduce((sum, { rows }) => sum + rows, 0),
+      duration: data.simulated_s, modules, spikes, populations, rows: populations.reduce((sum, { rows }) => sum + rows, 0),
       times: new Float32Array(), word: "Plot", says: () => [], say: (name) => name,
     }, (time) => page.seek(time));
     this.refill(SHOWN);

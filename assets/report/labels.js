@@ -1,7 +1,7 @@
 // Names of the states at free places along the left and right rim of the picture, each with a line to its state.
 
-// A narrow picture has room for a few names only.
-const RIM = { margin: 6, gap: 3, clear: 7, stay: 60, narrow: 600, few: 8 };
+// A narrow picture has room for a few names only; where the table leaves none, for `least` that lie over it.
+const RIM = { margin: 6, gap: 3, clear: 7, stay: 60, narrow: 600, few: 8, least: 2 };
 
 const touching = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 
@@ -11,14 +11,14 @@ class Labels {
     overlay.replaceChildren();
     this.lines = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     overlay.append(this.lines);
-    this.labels = anchors.map(({ name, colour, at }) => {
+    this.labels = anchors.map(({ name, colour, at, goal }) => {
       const label = make("span", null, make("i"), name);
       label.title = name;
       label.firstChild.style.background = `#${colour.toString(16).padStart(6, "0")}`;
       const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
       this.lines.append(line);
       overlay.append(label);
-      return { label, line, at };
+      return { label, line, at, goal };
     });
     this.shown = true;
   }
@@ -33,6 +33,10 @@ class Labels {
     }
   }
 
+  get narrow() {
+    return this.width < RIM.narrow;
+  }
+
   show(visible) {
     this.shown = visible;
     this.overlay.hidden = !visible;
@@ -41,18 +45,29 @@ class Labels {
   }
 
   // Puts every label where it covers nothing of `solid` (gripper and parts) and, if it can, nothing of `soft` (arm and
-  // fixtures). A label stays at its place while the place is free. A state outside the picture has no label.
-  place(camera, solid, soft) {
+  // fixtures). A label stays at its place while the place is free. A state outside the picture has no label. A narrow picture has few
+  // labels, those of goals and of what is near first, and none over the `table` while there is room elsewhere.
+  place(camera, solid, soft, table) {
     if (!this.shown || !this.width) return;
-    const taken = [];
-    const few = this.width < RIM.narrow ? RIM.few : Infinity;
-    const seen = this.labels.map((one, i) => {
+    const { narrow } = this;
+    const seen = this.labels.map((one) => {
       const { x, y, z } = one.at().project(camera);
-      const omitted = z > 1 || Math.abs(x) > 1 || Math.abs(y) > 1 || i >= few;
-      return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, omitted };
+      const omitted = z > 1 || Math.abs(x) > 1 || Math.abs(y) > 1;
+      return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, rank: z - (one.goal ? 2 : 0), omitted };
     });
-    seen.sort((a, b) => a.y - b.y);
-    for (const { one, x, y, omitted } of seen) {
+    seen.sort((a, b) => a.omitted - b.omitted || a.rank - b.rank);
+    const only = (most) => seen.forEach((each, i) => { each.omitted ||= narrow && i >= most; });
+    only(RIM.few);
+    this.put(seen, narrow ? [...solid, ...table] : solid, soft);
+    if (!narrow || seen.some(({ one }) => one.place)) return;
+    only(RIM.least);
+    this.put(seen, solid, soft);
+  }
+
+  // Puts labels from top to bottom, so that few lines cross.
+  put(seen, solid, soft) {
+    const taken = [];
+    for (const { one, x, y, omitted } of seen.toSorted((a, b) => a.y - b.y)) {
       one.place = omitted ? null : this.best(one, x, y, solid, soft, taken);
       one.label.hidden = !one.place;
       one.line.style.visibility = one.place ? "visible" : "hidden";

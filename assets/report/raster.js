@@ -12,20 +12,22 @@ class Raster extends Strip {
     this.content = content;
     const paths = content.populations.map(({ path }) => path.split("/"));
     // The first name of the paths is left out where all share it.
-    const shared = paths.length > 1 && paths.every((path) => path.length > 1 && path[0] === paths[0][0]);
+    const shared = paths.length > 1 && paths.every((path) => path.length > 1 && path[0] === paths[0][0]) ? 1 : 0;
     const groups = new Map();
     let row = 0;
     this.bands = content.populations.map((population, i) => {
-      const own = paths[i].slice(shared ? 1 : 0);
-      const band = { ...population, name: own.join("/"), first: row };
+      const parts = partsOf(population.path);
+      const last = parts.at(-1);
+      const band = { ...population, name: NOTES[last.path] ? last.name : parts.slice(shared).map(({ name }) => name).join("/"), first: row };
       row += population.rows;
-      groups.set(own[0], [...(groups.get(own[0]) ?? []), band]);
+      const top = paths[i].slice(0, shared + 1).join("/");
+      groups.set(top, [...(groups.get(top) ?? []), band]);
       return band;
     });
     const open = this.bands.length <= FEW;
     // A module with one layer goes by the name of the module.
-    for (const [name, [only, ...others]] of groups) if (!others.length && only.name.split("/").length === 2) only.name = name;
-    this.groups = [...groups].map(([name, bands]) => ({ name: bands.length === 1 ? bands[0].name : name, bands, open, spikes: 0 }));
+    for (const [top, [only, ...others]] of groups) if (!others.length && only.path.split("/").length === shared + 2) only.name = partOf(top);
+    this.groups = [...groups].map(([top, bands]) => ({ path: top, name: bands.length === 1 ? bands[0].name : partOf(top), bands, open, spikes: 0 }));
     this.ofRow = this.groups.reduce((of, group, i) => {
       for (const { first, rows } of group.bands) of.fill(i, first, first + rows);
       return of;
@@ -142,6 +144,11 @@ class Raster extends Strip {
     return counts;
   }
 
+  // What a module in words is, and its path, which scripts use.
+  about(path) {
+    return meaningOf(path) ? [meaningOf(path), `in scripts: ${path}`] : [];
+  }
+
   tell(time, y) {
     const counts = this.counts(time);
     const span = `spikes in the last ${1000 * RECENT_S} ms`;
@@ -156,9 +163,9 @@ class Raster extends Strip {
     if (!band) {
       const count = group.bands.reduce((sum, own) => sum + counts[this.bands.indexOf(own)], 0);
       const all = group.bands.reduce((sum, { neurons }) => sum + neurons, 0);
-      return [name, `${plural(group.bands.length, "population")}, ${all} neurons, folded`, `${span}: ${count}`];
+      return [name, ...this.about(group.path), `${plural(group.bands.length, "population")}, ${all} neurons, folded`, `${span}: ${count}`];
     }
     const neuron = clamp(Math.floor((y - top) / SIZES.row), 0, band.rows - 1) + 1;
-    return [name, `row ${neuron} of ${band.rows}, from ${band.neurons} neurons`, `${span}: ${counts[this.bands.indexOf(band)]}`];
+    return [name, ...this.about(band.path), `row ${neuron} of ${band.rows}, from ${band.neurons} neurons`, `${span}: ${counts[this.bands.indexOf(band)]}`];
   }
 }

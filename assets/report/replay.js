@@ -1,6 +1,8 @@
 // The 3-D view of the episode: poses at a moment, camera, labels.
 
 const POSE = { position: 3, width: 7 };
+// Height of the rows into which an outline is cut, in pixels.
+const ROW = 12;
 
 class Replay {
   // `objects` are the parts and landmarks by id and kind, `names` the words for states; both may be missing.
@@ -43,17 +45,22 @@ class Replay {
     this.controls.addEventListener("change", () => { if (!this.following) this.render(); });
     theme.listeners.push(() => { this.bodies?.paint(); this.render(); });
     this.load(outline, frames, states, objects);
-    new ResizeObserver(() => this.resize()).observe(this.canvas);
+    new ResizeObserver(() => {
+      const { clientWidth, clientHeight } = this.canvas;
+      if (clientWidth !== this.labels.width || clientHeight !== this.labels.height) this.resize();
+    }).observe(this.canvas);
   }
 
   // Shows other frames from their beginning.
   load(outline, frames, states, objects) {
     this.bodies?.dispose();
+    // The first picture is drawn once, when all is in place.
+    this.loading = true;
     this.frames = frames;
     this.bodies = new Bodies(outline, states, objects, this.names);
     this.labels = new Labels(this.view.querySelector(".labels"), this.bodies.anchors);
     const { parts, fixtures, fingers, links } = this.bodies;
-    const measured = [...parts, ...fixtures, ...fingers.map(({ mesh }) => mesh), links.at(-1)];
+    const measured = [this.bodies.table, ...parts, ...fixtures, ...fingers.map(({ mesh }) => mesh), links.at(-1)];
     this.extents = new Map(measured.map((body) => [body, corners(body)]));
     const points = framed(this.bodies, frames, (time) => this.pose(time));
     this.views?.forget();
@@ -61,6 +68,7 @@ class Replay {
     this.bodies.paint();
     this.showStates(this.statesShown);
     this.resize();
+    this.loading = false;
     this.show(0);
   }
 
@@ -140,7 +148,7 @@ class Replay {
   }
 
   render() {
-    if (!this.bodies) return;
+    if (!this.bodies || this.loading) return;
     this.renderer.render(this.bodies.scene, this.camera);
     this.tellPart();
     if (!this.labels.shown) return;
@@ -153,7 +161,8 @@ class Replay {
       const [x, y] = [0, 1].map((axis) => at[i][axis] + share * (to[axis] - at[i][axis]));
       return { left: x - 18, right: x + 18, top: y - 18, bottom: y + 18 };
     }));
-    this.labels.place(this.camera, solids, [...soft, ...fixtures.map((fixture) => this.around([fixture]))]);
+    this.labels.place(this.camera, solids, [...soft, ...fixtures.map((fixture) => this.around([fixture]))],
+      this.labels.narrow ? this.rowsOf(this.bodies.table) : []);
   }
 
   project(point) {
@@ -166,6 +175,20 @@ class Replay {
     const seen = bodies.flatMap((body) => inWorld(body, this.extents.get(body))).map((point) => this.project(point));
     const [xs, ys] = [0, 1].map((axis) => seen.map((point) => point[axis]));
     return { left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) };
+  }
+
+  // A body's own box in the picture, in rows that follow its outline.
+  rowsOf(body) {
+    const points = inWorld(body, this.extents.get(body)).map((point) => this.project(point));
+    const ends = points.flatMap((a, i) => points.slice(i + 1).map((b) => [a, b]));
+    const rows = [];
+    for (let top = Math.max(Math.min(...points.map(([, y]) => y)), 0); top < this.canvas.clientHeight; top += ROW) {
+      const middle = top + ROW / 2;
+      const crossed = ends.filter(([[, a], [, b]]) => Math.min(a, b) <= middle && Math.max(a, b) >= middle && a !== b);
+      const xs = crossed.map(([[x, y], [to, at]]) => x + ((middle - y) / (at - y)) * (to - x));
+      if (xs.length) rows.push({ left: Math.min(...xs), right: Math.max(...xs), top, bottom: top + ROW });
+    }
+    return rows;
   }
 
   // The nearest body that a ray meets. The floor and the marks of states are none.

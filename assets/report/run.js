@@ -150,8 +150,9 @@ class RunPage {
     byId("states").append(statesTable(domain, this.names));
     byId("operators").append(operatorsTable(domain, this.names));
     byId("taught").textContent = `${recording ? `Learned from ${plural(recording.demonstrations, "demonstration")} with `
-      + `${plural(recording.snapshots, "snapshot")}. ` : ""}In the 3-D view each place of a state is an ellipsoid of two `
-      + "standard deviations about its mean, with half axes of at least 4 mm; a place of the goal has a ring.";
+      + `${plural(recording.snapshots, "snapshot")}. ` : ""}The 3-D view shows where an object must lie to be in a state, at `
+      + "least 8 mm wide: a place as an ellipsoid, and an area as a block. An area of the table is as large as the demonstrations showed it; what lies "
+      + "beyond is in it as well, if it lies as high and as upright. A place of the goal has a ring.";
   }
 
   buildSettings() {

@@ -1,4 +1,4 @@
-// The objects of the 3-D view: table, fixtures, parts, arm, floor, lights and the states' ellipsoids.
+// The objects of the 3-D view: table, fixtures, parts, arm, floor, lights and the places of states.
 import * as THREE from "three";
 import { OrbitControls } from "three/orbit";
 
@@ -38,42 +38,14 @@ function corners(object) {
 
 const inWorld = (object, points) => points.map((point) => point.clone().applyMatrix4(object.matrixWorld));
 
-// Axes and lengths of a symmetric 3 x 3 matrix, by Jacobi's rotations.
-function principal(matrix) {
-  const a = matrix.map((row) => row.slice(0, 3));
-  const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-  for (let sweep = 0; sweep < 12; sweep++) {
-    for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
-      if (Math.abs(a[p][q]) < 1e-300) continue;
-      const angle = 0.5 * Math.atan2(2 * a[p][q], a[q][q] - a[p][p]);
-      const [c, s] = [Math.cos(angle), Math.sin(angle)];
-      for (const m of [a, v]) {
-        for (let k = 0; k < 3; k++) {
-          const [x, y] = [m[k][p], m[k][q]];
-          [m[k][p], m[k][q]] = [c * x - s * y, s * x + c * y];
-        }
-      }
-      for (let k = 0; k < 3; k++) {
-        const [x, y] = [a[p][k], a[q][k]];
-        [a[p][k], a[q][k]] = [c * x - s * y, s * x + c * y];
-      }
-    }
-  }
-  return { variances: [a[0][0], a[1][1], a[2][2]], axes: v };
-}
-
-// The ellipsoid of a place. That of a goal is less transparent and has a ring.
-function ellipsoid(state, look) {
-  const { variances, axes } = principal(state.covariance);
+// A place of a state, as far as it reaches: an area as a block, another place as an ellipsoid. That of a goal is less transparent and has a ring.
+function placeOf(state, look) {
   const material = new THREE.MeshBasicMaterial({
     color: look.colour, transparent: true, opacity: state.goal ? 0.45 : 0.28, depthWrite: false,
   });
-  const lengths = variances.map((v) => Math.max(2 * Math.sqrt(Math.max(v, 0)), 0.004));
-  const columns = [0, 1, 2].map((i) => new THREE.Vector3(axes[0][i], axes[1][i], axes[2][i]));
-  if (columns[0].clone().cross(columns[1]).dot(columns[2]) < 0) columns[2].negate();
+  const lengths = state.reach.map((length) => Math.max(length, 0.004));
   const group = new THREE.Group();
-  const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), material);
-  mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(...columns));
+  const mesh = new THREE.Mesh(state.area ? new THREE.BoxGeometry(2, 2, 2) : new THREE.SphereGeometry(1, 24, 16), material);
   mesh.scale.set(...lengths);
   group.add(mesh);
   if (state.goal) {
@@ -210,17 +182,17 @@ class Bodies {
     }
   }
 
-  // Each place of a state as the ellipsoid of two standard deviations about its mean, with half axes of at least 4 mm, in
-  // the world or at each object that is its frame. The first place of a state at an object has a label.
+  // Each place of a state, at least 8 mm wide, in the world or at each object that is its frame. The first place of a state at an
+  // object has a label.
   addStates(states, looks, names) {
     this.anchors = [];
     const labelled = new Set();
     for (const state of states) {
-      if (!state.mean || !state.covariance) continue;
+      if (!state.mean || !state.reach) continue;
       const own = this.references.filter(({ kind }) => kind === state.frame);
       for (const { id, body } of state.frame ? own : [{ body: this.scene }]) {
         const look = looks.get(state.kind) ?? { colour: 0x777777 };
-        const mesh = ellipsoid(state, look);
+        const mesh = placeOf(state, look);
         body.add(mesh);
         this.states.push(mesh);
         const key = `${state.name} ${id ?? ""}`;
@@ -229,7 +201,7 @@ class Bodies {
         const at = () => mesh.getWorldPosition(new THREE.Vector3());
         const words = names?.sayState(state.name) ?? state.name;
         const told = state.frame && own.length > 1 ? atReference(words, state.frame, names?.say(id) ?? id) : words;
-        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${told}`, colour: look.colour, at });
+        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${told}`, goal: state.goal, colour: look.colour, at });
       }
     }
   }

@@ -34,39 +34,6 @@ function pressable(row, act) {
   });
 }
 
-const listed = (names) => (names && names.length ? names.join(", ") : "–");
-
-function statesTable(domain, names) {
-  if (domain.framed) return framedStatesTable(domain, names);
-  const rows = domain.states.map((state) => {
-    // A state of a domain written in code has no poses.
-    if (!state.mean) return [state.name, state.kind, "–", "–", "–", "–"];
-    const spread = [0, 1, 2].map((i) => Math.sqrt(Math.max(state.covariance[i][i], 0)));
-    return [
-      state.name, state.kind, String(state.count), state.origin,
-      state.mean.position.map((v) => millimetres(v, 1)).join(", "),
-      spread.map((v) => millimetres(v)).join(", "),
-    ];
-  });
-  const columns = ["state", "kind", ">poses", "origin", ">mean position, mm", ">standard deviation, mm"];
-  return table(columns, rows);
-}
-
-function operatorsTable(domain, names) {
-  if (domain.framed) return framedOperatorsTable(domain, names);
-  const index = new Map(domain.states.map((state, i) => [state.name, i]));
-  const rows = domain.operators.map((operator) => {
-    const { instances, before } = operator.evidence ?? {};
-    const counted = (names) =>
-      listed(instances ? names.map((n) => `${n} (${before[index.get(n)] ?? 0}/${instances})`) : names);
-    return [
-      operator.name, instances ? String(instances) : "–", counted(operator.preconditions), listed(operator.effects),
-      counted(operator.absent),
-    ];
-  });
-  return table(["action", ">instances", "preconditions", "effects", "never held before it"], rows);
-}
-
 // A symbol in words, with the symbol below if they differ.
 function named(symbol, names) {
   const words = names.sayState(symbol);
@@ -76,8 +43,8 @@ function named(symbol, names) {
   return make("div", null, make("div", capital(words)), small);
 }
 
-// The states of a domain with frames, one row for each place.
-function framedStatesTable(domain, names) {
+// The states of a domain, one row for each place.
+function statesTable(domain, names) {
   const rows = domain.states.flatMap((state) => state.places.map((place, i) => {
     const first = (text) => (i === 0 ? text : "");
     return [
@@ -89,8 +56,8 @@ function framedStatesTable(domain, names) {
   return table(["state", "kind", "frame", ">poses", "origin", ">position in the frame, mm", spread, "orientation"], rows);
 }
 
-// The actions of a domain with frames. Each condition stands on a line of its own, with its reason.
-function framedOperatorsTable(domain, names) {
+// The actions of a domain. Each condition stands on a line of its own, with its reason.
+function operatorsTable(domain, names) {
   const lines = (texts) => make("div", null, ...(texts.length ? texts : ["–"]).map((text) => make("div", text)));
   const rows = domain.operators.map((operator) => [
     named(operator.name, names), String(operator.instances), operator.from.map((state) => names.sayState(state)).join(" or "),

@@ -10,7 +10,8 @@ function unpackModules(run, arrays) {
     .map(({ name, steps, values }) => {
       const numbers = Float32Array.from(small(values), (v) => v / steps);
       const [low, high] = numbers.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [-0.05, 1.05]);
-      return { ...known.get(name), values: numbers, range: [low - 0.05, high + 0.05] };
+      const module = known.get(name);
+      return { ...module, title: module.note?.name, values: numbers, range: [low - 0.05, high + 0.05] };
     });
 }
 
@@ -35,6 +36,7 @@ class Thinking extends Panels {
   show(episode) {
     const { run, arrays } = this.page.data;
     const populations = run?.populations ?? [];
+    Object.assign(NOTES, run?.notes);
     const own = episode.recorded ? arrays : null;
     const spikes = { t: singles(own?.spikes.t ?? ""), row: singles(own?.spikes.row ?? "") };
     const touches = episode.touches.map((touch) => ({ ...touch, name: episode.part(touch.part) }));
@@ -58,7 +60,7 @@ class Thinking extends Panels {
   }
 
   meaning(module) {
-    return MEANING[module?.name] ?? "";
+    return module?.note?.meaning ?? "";
   }
 
   more(module) {

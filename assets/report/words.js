@@ -1,23 +1,4 @@
-// Sentences for modules, ends of episodes and obstacles, which the data name by a word.
-
-const MEANING = {
-  goal_buffer: "The state that the planner examines now. While the buffer takes up a new state it overshoots: the old "
-    + "state shows as negative for about 50 ms.",
-  cause: "The action that brings about the state in the goal buffer.",
-  unbind: "The preconditions of that action, as unbound from its pointer, with noise from the other contents of the "
-    + "pointer.",
-  required: "The preconditions after cleanup.",
-  open: "The preconditions that neither hold nor are known to be reachable.",
-  chosen: "The unmet precondition that the planner examines next.",
-  motor_gate: "The action that passes the gate once the planner has decided.",
-  motor: "The action that the robot carries out.",
-  phase: "The step of its work that the planner is at. One phase is active at a time, and two while one gives way to the next.",
-  goal_set: "The facts that must hold before the next action of the plan, worked back from the goal.",
-  cost: "How far each fact is from what holds now: the more steps, the higher.",
-  utility: "How well each action suits the present goal set. The best one wins the race.",
-  winner: "The action that has won the race.",
-  slot: "The place in memory of the present goal set: one for each step of the plan.",
-};
+// Sentences for phases, ends of episodes and obstacles, which the data name by a word.
 
 // The phases of the planner of goal sets, backward and forward.
 const PHASES = {

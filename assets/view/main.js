@@ -1,19 +1,22 @@
 // The page of a live run: what comes from the run is kept, and drawn at most once a picture.
 
+import { session } from "./session.js";
+
 const counted = (count) => (count === 1 ? "1 change" : `${count} changes`);
 
 class LivePage {
   constructor() {
     Object.assign(this, { frame: null, scene: null, dirty: false });
-    this.session = new Session({
-      hello: (hello) => this.begin(hello), frame: (frame) => this.take(frame), standing: (standing) => this.stand(standing),
-      events: (events) => this.list(events), log: (log) => this.log(log), branches: (branches) => this.branch(branches), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
-      sent: () => this.refusal(""), saved: (text) => download("interventions.jsonl", "application/jsonl", text), closed: (why) => this.closed(why),
-    });
+    this.session = session;
     this.plots = new Plots(byId("plots"), this.session);
     this.touch = new Touch(this.session, this.plots);
     this.network = new Network(document.querySelector("#network .drawing"), (path) => this.choose(path));
     this.listen();
+    session.listen({
+      hello: (hello) => this.begin(hello), frame: (frame) => this.take(frame), standing: (standing) => this.stand(standing),
+      events: (events) => this.list(events), log: (log) => this.log(log), branches: (branches) => this.branch(branches), refused: (why, answer) => this.refuse(why, answer?.plot), plotted: (plotted) => this.plots.begun(plotted),
+      sent: () => this.refusal(""), saved: (text) => download("interventions.jsonl", "application/jsonl", text), closed: (why) => this.closed(why),
+    });
   }
 
   listen() {
@@ -89,14 +92,15 @@ class LivePage {
       + `${shortNumber(1000 * graph.dt_s)} ms.${hello.read_only ? " Read-only: the run can be watched, not changed." : ""}`;
     const changing = "#bar button, #bar select, #changes button, #clamp, #set, #end, #forget, #grab, #move, #remove";
     document.querySelectorAll(changing).forEach((button) => { button.disabled = hello.read_only; });
+    Object.keys(NOTES).forEach((path) => delete NOTES[path]);
+    Object.assign(NOTES, graph.notes);
     this.network.begin(graph);
     this.touch.begin(graph, pointers);
     byId("offered").hidden = readings.length === 0;
     byId("reading").replaceChildren(...readings.map((name) => make("option", name)));
-    const modules = new Set(graph.nodes.flatMap(({ path }) => path.split("/").map((_, i, parts) => parts.slice(0, i + 1).join("/"))));
-    this.modules = modules;
-    byId("found").replaceChildren(...[...modules, ...graph.nodes.flatMap((node) => node.outputs.map(({ name }) => name))].slice(0, 2000)
-      .map((name) => make("option", name)));
+    this.modules = new Set(graph.nodes.flatMap(({ path }) => around(path)));
+    const outputs = graph.nodes.flatMap((node) => node.outputs.map(({ name }) => name));
+    byId("found").replaceChildren(...[...this.modules, ...outputs].slice(0, 2000).map((path) => new Option(nameOf(path), path)));
     byId("scene").hidden = !scene;
     if (scene && !this.scene) this.scene = new LiveScene(byId("scene"), scene, this.session);
     byId("until").hidden = !hello.events;
@@ -108,8 +112,9 @@ class LivePage {
 
   search(text) {
     const output = this.hello.graph.nodes.flatMap((node) => node.outputs.map(({ name }) => [name, node.path])).find(([name]) => name === text);
-    // A module may be meant by one of its outputs' other names.
-    const path = output?.[1] ?? [text, text.split(".")[0]].find((name) => this.modules.has(name));
+    // A module may be meant by its name in words, or by one of its outputs' other names.
+    const inWords = () => [...this.modules].find((path) => [nameOf(path), partOf(path)].some((name) => name.toLowerCase() === text.trim().toLowerCase()));
+    const path = output?.[1] ?? [text, text.split(".")[0]].find((name) => this.modules.has(name)) ?? inWords();
     if (!path) {
       if (text !== "") this.refuse("nothing has this name");
       return;

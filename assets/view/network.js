@@ -12,15 +12,24 @@ function drawn(tag, attributes, ...children) {
   return element;
 }
 
-// Cuts a name in the middle.
-const shortName = (name) => (name.length > 19 ? `${name.slice(0, 9)}…${name.slice(-9)}` : name);
+// The lines of a name in a box: at most two, cut in the middle where they are too long.
+function linesOf(name) {
+  const short = (text) => (text.length > 20 ? `${text.slice(0, 9)}…${text.slice(-9)}` : text);
+  if (name.length <= 17) return [name];
+  const spaces = [...name.matchAll(/ /g)].map(({ index }) => index);
+  if (!spaces.length) return [short(name)];
+  const at = spaces.reduce((best, one) => (Math.abs(one - name.length / 2) < Math.abs(best - name.length / 2) ? one : best));
+  return [short(name.slice(0, at)), short(name.slice(at + 1))];
+}
 
-// Draws an element anew only if its share of the brightness has changed by a step that can be seen.
+// A change of the share of the brightness that can be seen.
+const SEEN = 0.08;
+
+// Draws an element anew only if its share of the brightness has changed so far, or fallen to nothing.
 function steadily(element, share, draw) {
-  const steady = Math.round(20 * share) / 20;
-  if (element.steady === steady) return;
-  element.steady = steady;
-  draw(element, steady);
+  if (Math.abs(share - element.steady) < SEEN && (share > 0 || element.steady === 0)) return;
+  element.steady = share;
+  draw(element, share);
 }
 
 class Network {
@@ -77,7 +86,7 @@ class Network {
       const [from, to] = [of[edge.from], of[edge.to]];
       if (from === to) continue;
       const key = `${from} ${to}`;
-      const label = `${this.graph.nodes[edge.from].outputs[edge.output].name} → ${edge.input}${edge.synapse && ` (${edge.synapse})`}`;
+      const label = `${nameOf(this.graph.nodes[edge.from].outputs[edge.output].name)} → ${nameOf(this.graph.nodes[edge.to].path)}: ${edge.input}${edge.synapse && ` (${edge.synapse})`}`;
       const known = edges.get(key) ?? { from, to, labels: [] };
       known.labels.push(label);
       edges.set(key, known);
@@ -175,11 +184,14 @@ class Network {
   box(path, nodes, { x, y }) {
     const shape = { x, y, width: BOX.width, height: BOX.height, rx: 6 };
     const lit = drawn("rect", { ...shape, class: "lit" });
-    const text = drawn("text", { x: x + BOX.width / 2, y: y + BOX.height / 2 + 4 }, shortName(path.split("/").at(-1)));
+    const name = nameOf(path);
+    const lines = linesOf(partOf(path));
+    const text = drawn("text", {}, ...lines.map((line, i) => drawn("tspan", { x: x + BOX.width / 2, y: y + BOX.height / 2 + 4 + 13 * (i - (lines.length - 1) / 2) }, line)));
     const many = nodes.length > 1 || this.graph.nodes[nodes[0]].path !== path;
     const group = drawn("g", { class: many ? "box many" : "box", tabindex: 0, role: "button", "data-path": path },
-      drawn("title", {}, many ? `${path}, ${nodes.length} nodes` : path), drawn("rect", shape), lit, text);
-    group.setAttribute("aria-label", path);
+      drawn("title", {}, [many ? `${name}, ${nodes.length} nodes` : name, meaningOf(path), name === path ? "" : path].filter(Boolean).join("\n")),
+      drawn("rect", shape), lit, text);
+    group.setAttribute("aria-label", name);
     const act = () => (this.chosen === path ? this.turn(path) : this.choose(path));
     group.addEventListener("click", () => { if (!this.dragged) act(); });
     group.addEventListener("keydown", (event) => {
@@ -231,12 +243,12 @@ class Network {
     for (const { path, nodes, lit } of this.drawn) {
       const share = Math.max(...nodes.map((node) => (activity[node] ?? 0) / this.most[node]));
       bright.set(path, share);
-      steadily(lit, share, ({ style }, steady) => { style.fillOpacity = 0.75 * steady; });
+      steadily(lit, share, ({ style }, share) => { style.fillOpacity = (0.75 * share).toFixed(2); });
     }
     for (const { path, from } of this.lines) {
-      steadily(path, bright.get(from) ?? 0, ({ style }, steady) => {
-        style.strokeOpacity = 0.25 + 0.7 * steady;
-        style.strokeWidth = 1 + 1.5 * steady;
+      steadily(path, bright.get(from) ?? 0, ({ style }, share) => {
+        style.strokeOpacity = (0.25 + 0.7 * share).toFixed(2);
+        style.strokeWidth = (1 + 1.5 * share).toFixed(2);
       });
     }
   }

@@ -114,6 +114,7 @@ class LiveScene {
         this.replay = new Replay(this.section.querySelector(".view"), this.outline, this.frames, []);
         this.replay.named = (part) => this.ids[part].replaceAll("_", " ");
         this.listen();
+        return;
       }
       const { drag, frames } = this;
       const held = drag?.at ? frames.poses.slice(7 * drag.index, 7 * drag.index + 2) : null;

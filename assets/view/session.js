@@ -1,20 +1,33 @@
-// The connection with the run: the token first, then commands as text; frames, answers and the graph come back.
+// The connection with the run: the token first, then commands as text; frames, answers and the graph come back. It is opened before
+// the page's other code is there, which takes what has come until then.
 
 class Session {
-  constructor(listeners) {
-    this.listeners = listeners;
+  constructor() {
+    this.waiting = [];
     const token = location.hash.slice(1);
     this.socket = new WebSocket(`ws://${location.host}/live`);
     this.socket.binaryType = "arraybuffer";
     this.socket.addEventListener("open", () => this.socket.send(JSON.stringify({ token })));
     this.socket.addEventListener("close", ({ reason }) => {
       const whole = "open the whole address that the command printed, with all that follows #";
-      listeners.closed(token === "" ? whole : reason || "the connection is closed");
+      this.hear(() => this.listeners.closed(token === "" ? whole : reason || "the connection is closed"));
     });
-    this.socket.addEventListener("message", ({ data }) => this.hear(data));
+    this.socket.addEventListener("message", ({ data }) => this.hear(() => this.take(data)));
   }
 
-  hear(data) {
+  // Begins to tell listeners what comes.
+  listen(listeners) {
+    this.listeners = listeners;
+    this.waiting.forEach((tell) => tell());
+    this.waiting = null;
+  }
+
+  hear(tell) {
+    if (this.waiting) this.waiting.push(tell);
+    else tell();
+  }
+
+  take(data) {
     if (typeof data !== "string") {
       this.listeners.frame(readFrame(data));
       return;
@@ -30,3 +43,5 @@ class Session {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ [name]: settings }));
   }
 }
+
+export const session = new Session();

@@ -15,21 +15,21 @@ class Touch {
     on("values", () => {
       const output = this.output();
       const count = Math.min(output.width, 64);
-      plots.add(`${output.name}${count < output.width ? `, first ${count} of ${output.width}` : ""}`, { values: { output: output.name, count } });
+      plots.add(`${nameOf(output.name)}${count < output.width ? `, first ${count} of ${output.width}` : ""}`, { values: { output: output.name, count } });
     });
     on("similar", () => {
       const to = byId("expression").value.split(",").map((text) => text.trim()).filter(Boolean);
       const output = this.output().name;
       // Without an expression, all names of the vocabulary.
       const wanted = to.length ? to : (this.pointers[output] ?? []).slice(0, 64);
-      plots.add(to.length ? `${output}, similarity to ${to.join(", ")}` : `${output}, similarity`, { similar: { output, to: wanted } });
+      plots.add(`${nameOf(output)}, similarity${to.length ? ` to ${to.join(", ")}` : ""}`, { similar: { output, to: wanted } });
     });
     on("clamp", () => this.value("clamp"));
     on("set", () => this.value("set"));
     on("spikes", () => {
       const [from, count] = [Number(byId("from").value), Number(byId("count").value)];
       const layer = byId("layer").value;
-      plots.add(`Spikes of ${layer}, neurons ${from} to ${from + count - 1}`, { spikes: { layer, from, count } });
+      plots.add(`Spikes of ${nameOf(layer)}, neurons ${from} to ${from + count - 1}`, { spikes: { layer, from, count } });
     });
     byId("output").addEventListener("change", () => this.showOutput());
     byId("layer").addEventListener("change", () => this.showLayer());
@@ -63,20 +63,28 @@ class Touch {
     const nodes = this.graph.nodes.filter((node) => node.path === path || node.path.startsWith(`${path}/`));
     this.outputs = nodes.flatMap((node) => node.outputs.map((output) => ({ ...output, source: node.source })));
     const neurons = nodes.reduce((sum, node) => sum + node.neurons, 0);
-    byId("chosen").textContent = path;
-    const meaning = MEANING[path.split("/").at(-1)];
+    const name = nameOf(path);
+    byId("chosen").textContent = name;
     const counts = `${nodes.length === 1 ? "1 node" : `${nodes.length} nodes`}, ${neurons} spiking neurons.`;
-    byId("meaning").textContent = meaning ? `${meaning} ${counts}` : counts;
+    byId("meaning").textContent = [meaningOf(path), counts, name === path ? "" : `In scripts and logs: ${path}.`].filter(Boolean).join(" ");
     byId("handles").hidden = false;
     // Names that the module has for its outputs come first.
     const inner = ({ name }) => (name.startsWith(`${path}.`) ? 0 : 1);
     this.outputs.sort((a, b) => inner(a) - inner(b));
-    byId("output").replaceChildren(...this.outputs.slice(0, 500).map(({ name }) => make("option", name)));
+    byId("output").replaceChildren(...this.outputs.slice(0, 500).map(({ name }) => new Option(this.inside(name), name)));
     const spiking = nodes.filter((node) => node.neurons > 0);
-    byId("layer").replaceChildren(...spiking.slice(0, 500).map((node) => make("option", node.path)));
+    byId("layer").replaceChildren(...spiking.slice(0, 500).map((node) => new Option(this.inside(node.path), node.path)));
     byId("layers").hidden = spiking.length === 0;
     this.showOutput();
     this.showLayer();
+  }
+
+  // The name of an output or layer inside the chosen module.
+  inside(path) {
+    const at = path.lastIndexOf(".");
+    const node = at > path.lastIndexOf("/") ? path.slice(0, at) : path;
+    const own = around(node).filter((one) => one.startsWith(`${this.path}/`)).map(partOf);
+    return [...own, ...(node === path ? [] : [path.slice(at + 1)])].join(" › ") || partOf(this.path);
   }
 
   showOutput() {

@@ -1,6 +1,7 @@
 //! How a command ends: its outcome, its faults, and the exit codes.
 
 use std::fmt::Display;
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use anyhow::Error;
@@ -107,6 +108,12 @@ fn goal_set_code(error: &GoalSetError) -> u8 {
 
 fn file_code(error: &FileError) -> u8 {
     match error {
+        // A name that no file can have, such as that of a folder.
+        FileError::Io { source, .. }
+            if matches!(source.kind(), ErrorKind::InvalidInput | ErrorKind::NotADirectory) =>
+        {
+            2
+        }
         FileError::Io { what: "read", .. }
         | FileError::Exists { .. }
         | FileError::TooLarge { .. }

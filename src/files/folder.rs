@@ -106,7 +106,7 @@ impl ResultFolder {
         try_lock: TryLock,
     ) -> Result<Self, FileError> {
         if path.metadata().is_ok_and(|found| !found.is_dir()) {
-            let source = Error::other("it is not a folder");
+            let source = Error::new(ErrorKind::InvalidInput, "it is a file; expected a folder");
             return Err(FileError::Io { what: "write to", path: path.into(), source });
         }
         // The folder or its lock disappears meanwhile if a run ends that created the folder and wrote nothing.

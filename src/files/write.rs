@@ -79,7 +79,7 @@ fn without_path(error: Error) -> Error {
 /// Returns the file to write: `path`, or the file that this link points to.
 fn target(path: &Path, overwrite: Overwrite) -> Result<PathBuf, FileError> {
     let failed = FileError::io("write", path);
-    let refused = |why: &str| Err(failed(Error::other(why)));
+    let refused = |why: &str| Err(failed(Error::new(ErrorKind::InvalidInput, why)));
     if path.as_os_str().is_empty() {
         return refused("the name is empty");
     }

@@ -14,13 +14,13 @@ const CODE: [&str; 13] = [
     include_str!("../../assets/report/theme.js"),
     include_str!("../../assets/report/tables.js"),
     include_str!("../../assets/report/strips.js"),
+    include_str!("../../assets/graph/names.js"),
     include_str!("../../assets/report/raster.js"),
     include_str!("../../assets/report/timeline.js"),
     include_str!("../../assets/report/export.js"),
     include_str!("../../assets/report/panels.js"),
     include_str!("../../assets/graph/layout.js"),
     include_str!("../../assets/graph/drawing.js"),
-    include_str!("../../assets/graph/names.js"),
     include_str!("../../assets/graph/plots.js"),
     include_str!("../../assets/graph/main.js"),
 ];
@@ -298,5 +298,8 @@ fn drawn(sim: &Simulator) -> Value {
     if outline.nodes.len() > DRAWN.0 || connections > DRAWN.1 {
         outline.edges.clear();
     }
-    json!({ "nodes": outline.nodes, "edges": outline.edges, "connections": connections })
+    json!({
+        "nodes": outline.nodes, "edges": outline.edges, "connections": connections,
+        "notes": outline.notes,
+    })
 }

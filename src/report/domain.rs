@@ -2,20 +2,21 @@
 
 use serde_json::{Value, json};
 
+use crate::task::classify::Classifier;
 use crate::task::domain::{
     Coordinate, FrameState, NeedVerdict, Place, RelationalDomain, RelationalOperator, Role,
 };
 
-/// Returns a domain as the page reads it: tables in words, and the ellipsoids of the 3-D view.
+/// Returns a domain as the page reads it: tables in words, and the places of the 3-D view.
 pub(super) fn to_page(domain: &RelationalDomain) -> Value {
+    let classifier = Classifier::new(domain);
     json!({
-        "framed": true,
         "provenance": domain.provenance,
         "goal": domain.goals_in_words().unwrap_or_default(),
         "words": domain.words,
         "states": domain.states.iter().map(|s| state(domain, s)).collect::<Vec<_>>(),
         "operators": domain.operators.iter().map(|o| operator(domain, o)).collect::<Vec<_>>(),
-        "drawn": (0..domain.states.len()).flat_map(|state| drawn(domain, state)).collect::<Vec<_>>(),
+        "drawn": (0..domain.states.len()).flat_map(|state| drawn(domain, &classifier, state)).collect::<Vec<_>>(),
     })
 }
 
@@ -40,21 +41,19 @@ fn state(domain: &RelationalDomain, state: &FrameState) -> Value {
     })
 }
 
-/// Returns the places of a state in their frame, with the covariance of their position.
-fn drawn(domain: &RelationalDomain, index: usize) -> Vec<Value> {
+/// Returns the places of a state in their frame, with how far from its middle each accepts an object.
+fn drawn(domain: &RelationalDomain, classifier: &Classifier, index: usize) -> Vec<Value> {
     let state = &domain.states[index];
     let goal = domain.goals.iter().any(|goal| goal.states().any(|state| state == index));
-    let place = |place: &Place| {
-        let mut covariance = [[0.0; 6]; 6];
-        for (axis, coordinate) in place.coordinates.iter().enumerate() {
-            covariance[axis][axis] = coordinate.spread().powi(2);
-        }
+    let place = |(number, place): (usize, &Place)| {
         json!({
             "name": state.name, "kind": state.kind, "count": place.count, "origin": state.origin,
-            "frame": state.frame.kind(), "goal": goal, "mean": place.pose(), "covariance": covariance,
+            "frame": state.frame.kind(), "goal": goal, "mean": place.pose(),
+            "reach": classifier.reach(index, number),
+            "area": place.coordinates.iter().any(|c| c.is_open()),
         })
     };
-    state.places.iter().map(place).collect()
+    state.places.iter().enumerate().map(place).collect()
 }
 
 fn operator(domain: &RelationalDomain, operator: &RelationalOperator) -> Value {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::robot::scene::SceneSpec;
-use crate::sim::Seed;
+use crate::sim::{Note, Seed};
 use crate::task::TaskError;
 use crate::task::compile::GroundProblem;
 use crate::task::domain::RelationalDomain;
@@ -59,6 +59,9 @@ pub struct RunFacts {
     pub modules: Vec<ModuleFacts>,
     /// Populations whose spikes are in `arrays.npz`, in the order of their rows.
     pub populations: Vec<PopulationFacts>,
+    /// What the populations and the modules around them are called for people, by path. Older files do not say it.
+    #[serde(default)]
+    pub notes: BTreeMap<String, Note>,
     /// Sentences by symbol: of the states and actions of the domain, of the facts and actions of the planner in any episode,
     /// and of the columns of modules; and the names of objects by id. Older files have none.
     #[serde(default)]
@@ -88,6 +91,9 @@ pub struct ModuleFacts {
     pub names: Vec<String>,
     /// Kind of the values: `similarities` (cosines) or `activities`.
     pub shows: String,
+    /// What the module is called for people. Older files do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<Note>,
 }
 
 /// A population whose spikes are rows of the raster.
@@ -191,6 +197,7 @@ impl RunFacts {
                 Shows::Similarities => "similarities".into(),
                 Shows::Activities => "activities".into(),
             },
+            note: Some(module.note.clone()),
         });
         let populations = activity.populations().map(|(path, rows, neurons)| PopulationFacts {
             path: path.into(),

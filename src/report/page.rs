@@ -7,7 +7,7 @@ use crate::record::shell::{STYLE, base64, filled};
 
 const PAGE: &str = include_str!("../../assets/report/page.html");
 /// The page's code. In this order the files form one JavaScript module.
-const CODE: [&str; 25] = [
+const CODE: [&str; 26] = [
     include_str!("../../assets/report/data.js"),
     include_str!("../../assets/report/theme.js"),
     include_str!("../../assets/report/names.js"),
@@ -17,6 +17,7 @@ const CODE: [&str; 25] = [
     include_str!("../../assets/report/labels.js"),
     include_str!("../../assets/report/replay.js"),
     include_str!("../../assets/report/strips.js"),
+    include_str!("../../assets/graph/names.js"),
     include_str!("../../assets/report/raster.js"),
     include_str!("../../assets/report/timeline.js"),
     include_str!("../../assets/report/export.js"),

@@ -116,6 +116,7 @@ mod words;
 pub use build::graph::{EventSource, Graph, OutputRef};
 pub use build::outline::{EdgeOutline, GraphOutline, NodeOutline, OutputOutline};
 pub use describe::builder::{GraphBuilder, Module, Scope};
+pub use describe::draft::Note;
 pub use describe::filter::Filter;
 pub(crate) use describe::filter::decayed;
 #[cfg(test)]

@@ -2,22 +2,23 @@
 
 /// The page's own code behind that of the report's pages, whose colours, 3-D view and words it shares. In this order the files form one
 /// JavaScript module.
-const CODE: [&str; 14] = [
+const CODE: [&str; 12] = [
     include_str!("../../assets/report/data.js"),
     include_str!("../../assets/report/theme.js"),
     include_str!("../../assets/report/scene.js"),
     include_str!("../../assets/report/camera.js"),
     include_str!("../../assets/report/labels.js"),
     include_str!("../../assets/report/replay.js"),
-    include_str!("../../assets/report/words.js"),
-    include_str!("../../assets/view/frames.js"),
-    include_str!("../../assets/view/session.js"),
+    include_str!("../../assets/graph/names.js"),
     include_str!("../../assets/view/plots.js"),
     include_str!("../../assets/view/network.js"),
     include_str!("../../assets/view/touch.js"),
     include_str!("../../assets/view/scene.js"),
     include_str!("../../assets/view/main.js"),
 ];
+/// The connection with the run, which waits for no library.
+const SESSION: [&str; 2] =
+    [include_str!("../../assets/view/frames.js"), include_str!("../../assets/view/session.js")];
 const PAGE: &str = include_str!("../../assets/view/page.html");
 const STYLE: [&str; 2] =
     [include_str!("../../assets/report/style.css"), include_str!("../../assets/view/style.css")];
@@ -36,6 +37,7 @@ pub(super) fn file(path: &str) -> Option<(&'static str, String)> {
     Some(match path {
         "/" => ("text/html; charset=utf-8", PAGE.into()),
         "/style.css" => ("text/css; charset=utf-8", STYLE.concat()),
+        "/session.js" => (SCRIPT, SESSION.concat()),
         "/view.js" => (SCRIPT, by_path(&CODE.concat())),
         "/three.js" => (SCRIPT, THREE.into()),
         "/orbit.js" => (SCRIPT, by_path(ORBIT)),
@@ -49,7 +51,7 @@ mod tests {
 
     #[test]
     fn libraries_are_imported_by_path_and_the_page_has_no_code_of_its_own() {
-        for path in ["/view.js", "/orbit.js", "/three.js"] {
+        for path in ["/session.js", "/view.js", "/orbit.js", "/three.js"] {
             let (_, code) = file(path).expect("a file");
             let bare = |line: &&str| line.contains("from \"three") || line.contains("from 'three'");
             assert_eq!(code.lines().find(bare), None, "{path}");

@@ -16,7 +16,7 @@ fn a_motor_that_is_silenced_in_a_window_gives_no_decision_and_its_log_repeats_it
     let (mut program, mut said, mut window) = started(here);
     let hello = &window.hello["scene"]["parts"];
     assert_eq!(hello.as_array().map(Vec::len), Some(2));
-    let what = json!({ "reading": { "name": "goal_set" } });
+    let what = json!({ "reading": { "name": "goal set" } });
     window.send(&json!({ "plot": { "key": 1, "what": what } }));
     window.answer("plotted");
     window.goes(&json!({ "step": { "ticks": 30 } }), 30);

@@ -52,7 +52,7 @@ fn in_a_browser_scene_traces_and_decisions_follow_the_moment() {
     let moments: Vec<f64> = chosen.iter().map(|frame| times[*frame]).collect();
     let script = format!(
         "const select = document.getElementById('module');\n\
-         select.value = [...select.options].find((o) => o.text === 'goal_set').value;\n\
+         select.value = [...select.options].find((o) => o.text === 'goal set').value;\n\
          select.dispatchEvent(new Event('change'));\n\
          const scrub = document.getElementById('scrub');\n\
          found.states = {moments:?}.map((t) => {{ scrub.value = String(t);\n\

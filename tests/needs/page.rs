@@ -206,7 +206,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         const choose = (select, name) => {\n\
             select.value = [...select.options].find((option) => option.text === name).value;\n\
             select.dispatchEvent(new Event('change')); };\n\
-        choose(selects()[0], 'goal_set'); choose(selects()[1], 'utility');\n\
+        choose(selects()[0], 'goal set'); choose(selects()[1], 'utility');\n\
         byId('more').click(); found.three = selects().length;\n\
         [...document.querySelectorAll('#panels button')].filter((button) => button.textContent === 'Remove')[2].click(); found.two = selects().length;\n\
         found.shown = page.state().shown.map(({ module }) => module);\n\
@@ -259,7 +259,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         assert_eq!(found["keyed"][0], false);
         assert!((number(&found["moment"]) - 0.11).abs() < 1e-6);
         let keyed = text(&found["keyed"][1]);
-        assert!(keyed.starts_with("0.110 s") && keyed.contains("goal_set"), "{keyed}");
+        assert!(keyed.starts_with("0.110 s") && keyed.contains("goal set"), "{keyed}");
         assert_eq!(found["after"], found["then"]);
         assert!(text(&found["reading"]).starts_with("Moment at 0.110 s"), "{}", found["reading"]);
     }

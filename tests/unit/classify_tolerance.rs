@@ -45,3 +45,40 @@ fn the_vertical_is_what_objects_that_lie_anywhere_agree_in() {
     assert_eq!(up_axis([table(1), table(2)].into_iter()), None);
     assert_eq!(up_axis([[true, true, false]].into_iter()), None);
 }
+
+#[test]
+fn a_place_reaches_as_far_as_objects_are_accepted() {
+    use crate::task::classify::Classifier;
+    use crate::task::domain::{Frame, RelationalDomain};
+    use crate::task::recording::{ObjectPose, Snapshot};
+
+    let file = include_bytes!("../fixtures/learned/jig.json");
+    let domain = RelationalDomain::parse(file, "jig.json").expect("a domain");
+    let classifier = Classifier::new(&domain);
+    let (mut inside, mut outside) = (0, 0);
+    for (s, state) in domain.states.iter().enumerate() {
+        let Frame::Kind(kind) = &state.frame else { continue };
+        for (p, place) in state.places.iter().enumerate() {
+            if place.coordinates.iter().any(|c| c.is_open()) {
+                continue;
+            }
+            let reach = classifier.reach(s, p);
+            for (axis, share) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 0.9), (axis, 1.3)]) {
+                let mut pose = place.pose();
+                pose.position[axis] += share * reach[axis];
+                let object =
+                    |kind: &str, pose| ObjectPose { id: kind.into(), kind: kind.into(), pose };
+                let objects = vec![object(&state.kind, pose), object(kind, Pose::at([0.0; 3]))];
+                let scene = Snapshot { objects, ..Snapshot::default() };
+                let found = classifier.classify_object(&scene, 0).fact;
+                let there = found.is_some_and(|fact| (fact.state, fact.place) == (s, p));
+                match share < 1.0 {
+                    true => inside += usize::from(there),
+                    false => outside += usize::from(!there),
+                }
+                assert_eq!(there, share < 1.0, "{}, axis {axis}, {share}: {found:?}", state.name);
+            }
+        }
+    }
+    assert!(inside >= 6 && outside >= 6, "{inside} inside, {outside} outside");
+}

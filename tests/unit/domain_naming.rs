@@ -87,3 +87,34 @@ fn a_sentence_is_said_of_one_of_several_and_of_none() {
     assert_eq!(own.about_none(""), "never: done with a nut");
     assert_eq!(Statement::new("finished", "nut").about("nut 1"), "finished (nut 1)");
 }
+
+#[test]
+fn what_lies_above_another_is_not_on_the_thing_below() {
+    use crate::task::domain::{Coordinate, Frame, FrameState, Place, Turn};
+    let at = |frame: &str, z: f64| FrameState {
+        name: String::new(),
+        kind: "block".into(),
+        frame: Frame::Kind(frame.into()),
+        places: vec![Place {
+            coordinates: [0.0, 0.0, z].map(|mean| Coordinate::Tight { mean, sd: 1e-4 }),
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            count: 5,
+        }],
+        turn: Turn::Free,
+        turn_matters: false,
+        origin: Origin::Placed,
+        count: 5,
+        any_coordinate: false,
+    };
+    let said = |frame: &str, heights: [f64; 2]| -> Vec<String> {
+        let mut states = heights.map(|z| at(frame, z));
+        name_all(&mut states, &mut [], &[]).into_values().collect()
+    };
+    assert_eq!(
+        said("pad", [0.025, 0.075]),
+        ["a block is on a pad, 25 mm up", "a block is above a pad, 75 mm up"]
+    );
+    // It may be higher for another reason, or lie on another storey.
+    assert!(said("pad", [0.025, 0.035]).iter().all(|words| words.contains(" on a pad")));
+    assert!(said("shelf", [0.025, 0.325]).iter().all(|words| words.contains(" on a shelf")));
+}

@@ -6,6 +6,7 @@
 mod colours;
 #[path = "../../examples/live_view.rs"]
 mod model;
+mod names;
 mod refusals;
 mod sessions;
 #[path = "../support/window.rs"]

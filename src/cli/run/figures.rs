@@ -83,6 +83,7 @@ impl Figures<'_> {
             summary: self.figures_json(args),
             modules,
             populations,
+            notes: activity.notes(),
             words: self.words.words.clone(),
             planner_only: self.words.planner_only.clone(),
         }

@@ -47,9 +47,9 @@ pub(super) fn open(args: &RunArgs) -> Result<ResultFolder, Error> {
 
 /// Checks that a run may write to the folder.
 fn may_write(args: &RunArgs, folder: &Path) -> Result<(), Error> {
-    if folder.exists() && !folder.is_dir() {
-        let problem = format!("{} is a file; a run needs a folder to write to", folder.display());
-        bail!(BadArgument(problem));
+    // What is there and no folder is refused when it is opened.
+    if !folder.is_dir() {
+        return Ok(());
     }
     let facts = folder.join(FACTS);
     if facts.symlink_metadata().is_ok_and(|found| !found.is_file()) {

@@ -110,7 +110,7 @@ pub(crate) fn view(args: &ViewArgs) -> Result<Outcome, Error> {
 fn with_planner(mut view: View, prepared: &PreparedEpisode<'_>) -> View {
     for (index, module) in prepared.planner().modules().iter().enumerate() {
         let planner = prepared.planner().clone();
-        view = view.with_reading(module.name, &module.names, move |view, out| {
+        view = view.with_reading(&module.note.name, &module.names, move |view, out| {
             if let Some(module) = planner.modules().get(index) {
                 module.read(view, out);
             }

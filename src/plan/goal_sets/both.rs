@@ -106,6 +106,7 @@ impl Module for PlannerGraph {
         });
 
         let w = &mut Wiring::new(scope, QUICK_MS, &[]);
+        ["backward", "forward"].into_iter().for_each(|search| w.describe(search));
         let senses = Senses::new(w, fluents);
         let Senses { ready, busy, holds, goal } = &senses;
         let actions = w.sum("actions", operators);

@@ -74,6 +74,7 @@ mod tree;
 mod tried;
 mod useless;
 mod wiring;
+mod words;
 mod world;
 
 pub use both::{Directions, PlannerGraph, PlannerPorts};

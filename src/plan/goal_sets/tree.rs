@@ -213,6 +213,7 @@ impl Tree {
         let within = visited == Visited::Within;
         let synapses = Synapses { slots, columns, set, kin, within };
         let SynapsePorts { recalled, missing, kin, marks, .. } = {
+            w.describe("synapses");
             let ports = w.scope.add("synapses", synapses);
             for (from, to) in [
                 (&write, &ports.write),
@@ -256,6 +257,7 @@ impl Tree {
         w.link(&notes, &gate, [(0, 0, 1.0)]);
         // An input where `notes` is cut.
         w.bias(&gate, &[0.0]);
+        w.describe("tried_synapses");
         let ports = w.scope.add("tried_synapses", Tried { slots, operators });
         for (from, to) in [
             (&slot, &ports.slots),

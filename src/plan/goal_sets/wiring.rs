@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::words;
 use crate::neurons::{Layers, Map, Select, SelectRule};
 use crate::sim::{
     Add, Constant, In, Module, Noise, Out, Real, Scope, SimDuration, Synapse, Vector,
@@ -129,7 +130,15 @@ impl<'a, 's> Wiring<'a, 's> {
         self.cut.contains(&group.name)
     }
 
+    /// Says what the module of this name is, as the table of words does.
+    pub fn describe(&mut self, name: &str) {
+        if let Some([name_in_words, meaning]) = words::of(name) {
+            self.scope.describe(name, &name_in_words, &meaning);
+        }
+    }
+
     fn group(&mut self, name: &str, count: usize, units: Units) -> Group {
+        self.describe(name);
         let synapse_ms = self.synapse_ms;
         let PopulationPorts { input, output } =
             self.scope.add(name, Population { count, units, synapse_ms });
@@ -177,6 +186,7 @@ impl<'a, 's> Wiring<'a, 's> {
 
     /// Adds a plain sum, for inputs from outside and for slow copies.
     pub fn sum(&mut self, name: &str, count: usize) -> Group {
+        self.describe(name);
         let node = self.scope.add(name, Add::vector(count));
         self.sums.insert(name.into());
         Group { name: name.into(), count, input: node.input, out: node.output }
@@ -192,6 +202,7 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Adds a sum with noise, of which `sd` is left behind a low-pass of time constant `tau_ms`.
     pub fn noisy(&mut self, name: &str, count: usize, sd: Real, tau_ms: u64) -> Group {
         let white = sd * (2.0 * tau_ms as Real).sqrt();
+        self.describe(name);
         let node = self.scope.add(name, Noise::vector(count, white).white());
         Group { name: name.into(), count, input: node.input, out: node.output }
     }
@@ -236,6 +247,7 @@ impl<'a, 's> Wiring<'a, 's> {
         }
         self.note(from, &to.name, weights.iter().map(|(item, to, _)| (*item, *to)).collect());
         let name = format!("{}_to_{}", from.name, to.name);
+        self.describe(&name);
         let link = self.scope.add(&name, Linear::sparse(from.count, to.count, weights));
         self.scope.connect(&from.out, &link.input, Synapse::None);
         self.scope.connect(&link.output, &to.input, synapse);
@@ -244,6 +256,7 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Adds a constant to the input of each item.
     pub fn bias(&mut self, to: &Group, values: &[Real]) {
         let name = format!("bias_of_{}", to.name);
+        self.describe(&name);
         let constant = self.scope.add(&name, Constant::vector(values));
         self.scope.connect(&constant, &to.input, Synapse::None);
     }

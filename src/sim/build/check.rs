@@ -141,6 +141,7 @@ fn freeze(
         edges: draft.edges,
         probes: draft.probes,
         spike_probes: draft.spike_probes,
+        notes: draft.notes,
         ranks: plan.ranks().cloned(),
         order,
         time,

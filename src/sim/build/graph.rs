@@ -2,10 +2,11 @@
 //! arenas.
 
 use std::any::Any;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use crate::sim::describe::draft::Edge;
+use crate::sim::describe::draft::{Edge, Note};
 use crate::sim::describe::filter::Filter;
 use crate::sim::describe::handle::{Out, PortRef};
 use crate::sim::describe::io::{OutSlot, Slot};
@@ -180,6 +181,8 @@ pub struct Graph {
     pub(crate) spike_probes: Vec<usize>,
     pub(crate) world: Option<WorldPlan>,
     pub(crate) edges: Vec<Edge>,
+    /// What paths are called for people.
+    pub(crate) notes: BTreeMap<String, Note>,
     pub(crate) sizes: Sizes,
     pub(crate) time: Timebase,
     pub(crate) seed: Seed,
@@ -253,6 +256,24 @@ impl Graph {
             let units = body.units();
             (units > 0).then_some((path, EventSource { node, units }))
         })
+    }
+
+    /// Returns what the module at `path` is called for people, or else the nearest one around it. `None` if none of them was
+    /// described ([`Scope::describe`](crate::sim::Scope::describe)).
+    pub fn note(&self, path: &str) -> Option<&Note> {
+        let above =
+            std::iter::successors(Some(path), |path| path.rsplit_once('/').map(|(at, _)| at));
+        above.into_iter().find_map(|path| self.notes.get(path))
+    }
+
+    /// As [`note`](Self::note), for the module that an output belongs to.
+    pub(crate) fn note_of<K: Kind>(&self, out: &Out<K>) -> Option<&Note> {
+        match &out.port {
+            PortRef::Known { builder, node, .. } if *builder == self.builder => {
+                self.note(&self.nodes[*self.handles.get(*node)?].path)
+            }
+            _ => None,
+        }
     }
 
     /// Returns the names of all outputs as `path.port`, node by node in the order in which nodes emit.

@@ -1,13 +1,13 @@
 //! Lays out a valid description: assigns every signal, filter and state its place in the arenas.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::graph::{
     FilterPlan, GatherPlan, Graph, LowpassPlan, NodeInfo, PartPlan, PhasePlan, ProbePlan, Sizes,
     Source, WorldPlan,
 };
-use crate::sim::describe::draft::{Edge, ProbeDraft};
+use crate::sim::describe::draft::{Edge, Note, ProbeDraft};
 use crate::sim::describe::filter::Filter;
 use crate::sim::describe::fingerprint::Fingerprint;
 use crate::sim::describe::io::{OutSlot, Slot};
@@ -38,6 +38,7 @@ pub(crate) struct Checked {
     pub edges: Vec<Edge>,
     pub probes: Vec<ProbeDraft>,
     pub spike_probes: Vec<usize>,
+    pub notes: BTreeMap<String, Note>,
     pub ranks: Option<Ranks>,
     pub order: Vec<usize>,
     pub time: Timebase,
@@ -74,8 +75,19 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
     let fingerprint = fingerprint(&checked);
     let places = Places::of(&checked);
     let wires = Wires::of(&checked, &places);
-    let Checked { builder, nodes, edges, probes, spike_probes, ranks, order, time, seed, moved } =
-        checked;
+    let Checked {
+        builder,
+        nodes,
+        edges,
+        probes,
+        spike_probes,
+        notes,
+        ranks,
+        order,
+        time,
+        seed,
+        moved,
+    } = checked;
     let mut rank = vec![0; nodes.len()];
     for (at, node) in order.iter().enumerate() {
         rank[*node] = at;
@@ -129,6 +141,7 @@ pub(crate) fn lay_out(checked: Checked) -> Result<Graph, BuildError> {
         spike_probes,
         world: plans.world,
         edges: edges.iter().map(edge).collect(),
+        notes,
         sizes,
         time,
         seed,

@@ -1,8 +1,11 @@
 //! The built graph as data: nodes with their outputs, and connections, for pictures.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::graph::Graph;
+use crate::sim::describe::draft::Note;
 use crate::sim::describe::synapse::Synapse;
 use crate::sim::real::Real;
 
@@ -15,6 +18,8 @@ pub struct GraphOutline {
     pub edges: Vec<EdgeOutline>,
     /// Length of a tick, in seconds.
     pub dt_s: f64,
+    /// What paths are called for people, and what is there.
+    pub notes: BTreeMap<String, Note>,
 }
 
 /// A node of a [`GraphOutline`].
@@ -98,6 +103,11 @@ impl Graph {
             },
             weight: self.bodies[edge.to.0].weight(edge.to.1),
         });
-        GraphOutline { nodes: nodes.collect(), edges: edges.collect(), dt_s: self.time.dt_s() }
+        GraphOutline {
+            nodes: nodes.collect(),
+            edges: edges.collect(),
+            dt_s: self.time.dt_s(),
+            notes: self.notes.clone(),
+        }
     }
 }

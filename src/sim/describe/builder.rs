@@ -5,7 +5,7 @@ use std::panic::Location;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::draft::{Body, Draft, Edge, NodeDraft, ProbeDraft};
+use super::draft::{Body, Draft, Edge, NodeDraft, Note, ProbeDraft};
 use super::find;
 use super::handle::{In, NodePorts, Out, PortRef, Ports};
 use super::kind::{Kind, Pointer, Space, VocabTag};
@@ -197,6 +197,11 @@ impl GraphBuilder {
         SpikeProbe { index, builder: self.draft.builder }
     }
 
+    /// Says what the module at `path` is called for people, and what it does, as [`Scope::describe`] does.
+    pub fn describe(&mut self, path: &str, name: &str, meaning: &str) {
+        self.root().describe(path, name, meaning);
+    }
+
     /// Returns the first fault so far.
     pub(crate) fn first_fault(&self) -> Option<&BuildError> {
         self.draft.faults.first()
@@ -331,6 +336,26 @@ impl Scope<'_> {
             input: self.input("input", inner.input),
             output: self.output("output", inner.output),
         }
+    }
+
+    /// Says what the module or node at `path` inside this scope is called for people, and what it does, in a sentence. Pages
+    /// show this name; scripts keep to the path. An empty `path` is the scope itself. The last description of a path counts.
+    ///
+    /// ```
+    /// use symbolt::prelude::*;
+    ///
+    /// let mut graph = GraphBuilder::new();
+    /// graph.add("one", Constant::scalar(1.0));
+    /// graph.describe("one", "the unit", "Is always 1.");
+    /// let sim = graph.start(&PopulationPlan::direct(), Seed::new(1))?;
+    /// assert_eq!(sim.graph().note("one").map(|note| &*note.name), Some("the unit"));
+    /// # Ok::<(), symbolt::sim::SimError>(())
+    /// ```
+    pub fn describe(&mut self, path: &str, name: &str, meaning: &str) {
+        let parts = [&*self.path, path].into_iter().filter(|part| !part.is_empty());
+        let path = parts.collect::<Vec<_>>().join("/");
+        let note = Note { name: name.into(), meaning: meaning.into() };
+        self.builder.draft.notes.insert(path, note);
     }
 
     /// Reports that the module cannot be built as described. `build` returns `reason` with the path of this scope.

@@ -1,8 +1,10 @@
 //! A graph's description as plain data. The builder fills the description; `check` and `layout` turn it into a graph.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::panic::Location;
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 use super::lowering::LayerRequest;
 use super::node::Node;
@@ -27,6 +29,8 @@ pub(crate) struct Draft {
     /// unconnected.
     pub excused: Vec<(usize, usize)>,
     pub probes: Vec<ProbeDraft>,
+    /// What paths are called for people.
+    pub notes: BTreeMap<String, Note>,
     /// Layers whose spikes are recorded, by node index.
     pub spike_probes: Vec<usize>,
     pub faults: Vec<BuildError>,
@@ -41,6 +45,16 @@ pub(crate) enum Body {
     Process(Arc<dyn Process>),
     Layer(Arc<dyn LayerRequest>),
     World(Arc<dyn Node>),
+}
+
+/// What a module is called for people, and what it does ([`Scope::describe`](crate::sim::Scope::describe)).
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// Its name for people, such as `facts in the way`.
+    pub name: String,
+    /// A sentence on what it does.
+    pub meaning: String,
 }
 
 /// A node of a description.

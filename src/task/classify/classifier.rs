@@ -117,6 +117,8 @@ const PRIOR: (f64, f64) = (3e-3, 0.06);
 /// Standard deviation of a place in which objects were found, if it was seen once, in metres.
 const FOUND_M: f64 = 1e-2;
 const FLOOR: (f64, f64) = (1e-3, 0.02);
+/// Share of an area beside an object by which a pose may lie beyond its end, and standard deviations for each further share.
+const BEYOND: (f64, f64) = (0.25, 20.0);
 /// Number of standard deviations of such places, each seen once, between two that the learner told apart.
 const GAP: f64 = 5.0;
 /// Movement below which an object keeps its state, in metres and radians.
@@ -309,6 +311,33 @@ impl Classifier {
         Located { fact: Some(best.fact), distance, ambiguous, taken, miss: None }
     }
 
+    /// Returns how far along each axis of its frame a place of a state reaches from its middle, in metres: as far as an object
+    /// is accepted that agrees otherwise. Along an open axis of the world, where there is no end, it is as far as objects were seen.
+    /// The frame is taken to stand upright.
+    ///
+    /// # Panics
+    /// If there is no such state or place.
+    pub fn reach(&self, state: usize, place: usize) -> [f64; 3] {
+        let (own, at, gaps) =
+            (&self.states[state], &self.states[state].places[place], &self.gaps[state][place]);
+        let up = self.vertical(None).or_else(|| upright(own, at));
+        let limit = match self.rule {
+            ClassifierRule::Gated { limit } => limit,
+            ClassifierRule::Nearest { .. } => Self::LIMIT,
+        };
+        std::array::from_fn(|i| match at.coordinates[i] {
+            Coordinate::Tight { sd, .. } => limit * self.spread((own, at, gaps), (i, sd), up),
+            Coordinate::Open { low, high } if own.frame == Frame::World => (high - low) / 2.0,
+            Coordinate::Open { low, high } => {
+                let range = match tumbled(own) {
+                    true => (high - low).max(0.01).max(widest(at)) * widening(at.count),
+                    false => (high - low).max(0.01),
+                };
+                (high - low) / 2.0 + range * (BEYOND.0 + limit / BEYOND.1)
+            }
+        })
+    }
+
     /// Finds the state of an object that is alone in its scene: only states in the world frame can be found.
     pub fn classify_alone(&self, kind: &str, pose: &Pose) -> Located {
         let object = ObjectPose { id: kind.into(), kind: kind.into(), pose: *pose };
@@ -426,7 +455,7 @@ impl Classifier {
                     // Beside an object, a place has an end; on the table, demonstrations seldom show all of it.
                     if framed {
                         deviation[i] = (x - high).max(0.0) - (low - x).max(0.0);
-                        let z = (beyond - 0.25).max(0.0) * 20.0;
+                        let z = (beyond - BEYOND.0).max(0.0) * BEYOND.1;
                         squares += z * z;
                     }
                 }

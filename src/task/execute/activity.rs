@@ -4,12 +4,13 @@
 //! While the graph decides, [`ActivityRecorder`] samples the modules every 2 ms and the spikes in every tick. While the robot
 //! moves, it samples the modules every 40 ms and no spikes. [`ActivityFiles`] writes every tick of the modules to disk.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::record::RowFiles;
-use crate::sim::{EventSource, Real, SimView};
+use crate::sim::{EventSource, Note, Real, SimView};
 use crate::task::event::{Doing, Event, Observer};
 use crate::task::planner::{Decider, Shows};
 
@@ -25,6 +26,8 @@ const MAX_SPIKES: usize = 1_000_000;
 pub struct ModuleSamples {
     /// Name of the module.
     pub name: String,
+    /// What it is called for people, and what it does.
+    pub note: Note,
     /// Names of its numbers.
     pub names: Vec<String>,
     /// Kind of its numbers.
@@ -58,6 +61,7 @@ impl ActivityRecorder {
     pub fn new(planner: Arc<dyn Decider>) -> Self {
         let modules = planner.modules().iter().map(|module| ModuleSamples {
             name: module.name.into(),
+            note: module.note.clone(),
             names: module.names.clone(),
             shows: module.shows,
             values: Vec::new(),
@@ -112,6 +116,19 @@ impl ActivityRecorder {
     /// Returns the populations in the raster: path, number of neurons shown, total number of neurons.
     pub fn populations(&self) -> impl Iterator<Item = (&str, usize, usize)> {
         self.raster.iter().map(|h| (h.path.as_str(), h.neurons.len(), h.of.units))
+    }
+
+    /// Returns what the populations in the raster and the modules around them are called for people, by path.
+    pub fn notes(&self) -> BTreeMap<String, Note> {
+        let Some(planner) = &self.planner else { return BTreeMap::new() };
+        let mut notes = planner.graph().outline().notes;
+        notes.retain(|path, _| {
+            let within = |own: &str| {
+                own.strip_prefix(&**path).is_some_and(|r| r.is_empty() || r.starts_with('/'))
+            };
+            self.raster.iter().any(|rows| within(&rows.path))
+        });
+        notes
     }
 
     /// Returns every recorded spike: simulated time in seconds, and row of the neuron, counted over all

@@ -21,6 +21,8 @@ const CARRIERS: &[&str] = &[
     "bench", "board", "cart", "conveyor", "counter", "desk", "floor", "mat", "pad", "pallet",
     "rack", "shelf", "table", "tray",
 ];
+/// Those that have several heights to lie on.
+const STOREYED: &[&str] = &["cart", "conveyor", "rack", "shelf"];
 /// Things that close others from above.
 const COVERS: &[&str] = &["cap", "cover", "lid", "top"];
 /// Things that open and close.
@@ -32,6 +34,8 @@ const BESIDE_M: f64 = 0.04;
 const CENTRED_M: f64 = 0.02;
 /// Height above the origin of a frame from which a centred object lies on it rather than in it, in metres.
 const ON_M: f64 = 0.0125;
+/// Difference in height from which the higher of two places on a thing is above it, in metres.
+const ABOVE_M: f64 = 0.02;
 /// Largest distance at which a landmark names a state in the world, in metres.
 const NEAR_M: f64 = 0.15;
 /// Distance up to which two states of other orientation are in one place, in metres.
@@ -418,6 +422,7 @@ fn apart(states: &[FrameState], all: &mut [Described]) {
         let framed = |i: &usize| states[*i].frame.kind().is_some() && !is_region(&states[*i]);
         let measured =
             order.iter().all(framed) && measures.windows(2).all(|pair| pair[0] < pair[1]);
+        let lowest = measures.first().copied().unwrap_or_default();
         for (rank, (index, mm)) in order.iter().zip(measures).enumerate() {
             // An area or a place is one of several; what is near or in something is so at some height.
             let of_world =
@@ -447,7 +452,14 @@ fn apart(states: &[FrameState], all: &mut [Described]) {
             };
             let of = &mut all[*index];
             of.symbol = format!("{}_{symbol}", of.symbol);
-            of.rest = format!("{}, {rest}", of.rest);
+            // What lies higher than another of its kind on the same thing does not touch it, unless this has storeys.
+            let higher = measured && axis == 2 && mm - lowest >= 1e3 * ABOVE_M;
+            let flat = states[*index].frame.kind().is_some_and(|frame| !is_one(frame, STOREYED));
+            let own = match of.rest.strip_prefix("on ") {
+                Some(place) if higher && flat => format!("above {place}"),
+                _ => of.rest.clone(),
+            };
+            of.rest = format!("{own}, {rest}");
         }
     }
 }

@@ -122,13 +122,18 @@ impl Planner {
         );
         let planning = PlanningGraph::new(domain, encoded.clone(), spec)?;
         let ports = builder.add("planner", planning);
-        let modules = views(domain, &encoded, &ports)?;
         builder.connect(&world.output("ready"), &ports.ready, Synapse::None);
         builder.connect(&world.output("present"), &ports.present, Synapse::None);
         builder.connect(&world.output("goal"), &ports.goal, Synapse::None);
         builder.connect(&ports.actions, &world.input("action"), Synapse::None);
         builder.connect(&ports.trace, &world.input("trace"), Synapse::None);
+        builder.describe(
+            "world",
+            "robot and scene",
+            "Tells the planner what holds, and takes the action to do.",
+        );
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
+        let modules = views(domain, &encoded, &ports, &graph)?;
         let (domain, threads) = (domain.clone(), Threads::Auto);
         Ok(Self { domain, encoded, graph, spec, ports, modules, threads })
     }

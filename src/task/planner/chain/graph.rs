@@ -28,6 +28,7 @@ use super::encode::{
 };
 use super::executive::{Executive, Timing};
 use super::recall::Recall;
+use super::words::describe;
 use crate::neurons::SelectRule;
 use crate::sim::{
     Add, AsPointer, Constant, In, Module, Out, Pointer, Real, Scalar, Scope, SimDuration, Synapse,
@@ -271,6 +272,7 @@ impl Module for PlanningGraph {
 
     fn expand(self, scope: &mut Scope<'_>) -> PlanningPorts {
         let Encoded { states, actions, .. } = &*self.encoded;
+        describe(scope);
         let count = self.state_pointers.len();
         let pointers = || self.state_pointers.iter().map(PointerValue::as_pointer);
         let synapse = Synapse::lowpass(self.spec.synapse);

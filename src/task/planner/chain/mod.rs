@@ -9,3 +9,4 @@ pub(super) mod recall;
 pub(super) mod views;
 pub(super) mod walk;
 pub(super) mod watch;
+mod words;

@@ -120,6 +120,12 @@ impl GoalSetPlanner {
         for (output, command) in [(&ports.actions, "actions"), (&ports.phases, "phases")] {
             builder.connect(output, &world.input::<Vector>(command), Synapse::None);
         }
+        builder.describe("planner", "planner", "Searches from the goal, through goal sets.");
+        builder.describe(
+            "world",
+            "robot and scene",
+            "Tells the planner what holds, and takes the action to do.",
+        );
         let graph = Arc::new(builder.build(Timebase::default(), plan, seed)?);
         let states = sensed.iter().map(|(state, holds)| match holds {
             true => domain[*state].name.clone(),
@@ -129,13 +135,13 @@ impl GoalSetPlanner {
         let actions: Vec<String> = domain.operators().iter().map(|o| o.name.clone()).collect();
         let numbers: Vec<String> = (1..=slots).map(|slot| slot.to_string()).collect();
         let modules = vec![
-            ModuleView::items("phase", &ports.phases, &phases),
-            ModuleView::items("goal_set", &ports.goals, &states),
-            ModuleView::rows("cost", &ports.costs, &states),
-            ModuleView::items("utility", &ports.utilities, &actions),
-            ModuleView::items("winner", &ports.winner, &actions),
-            ModuleView::items("slot", &ports.slot, &numbers),
-            ModuleView::items("motor", &ports.actions, &actions),
+            ModuleView::items(&graph, "phase", &ports.phases, &phases),
+            ModuleView::items(&graph, "goal_set", &ports.goals, &states),
+            ModuleView::rows(&graph, "cost", &ports.costs, &states),
+            ModuleView::items(&graph, "utility", &ports.utilities, &actions),
+            ModuleView::items(&graph, "winner", &ports.winner, &actions),
+            ModuleView::items(&graph, "slot", &ports.slot, &numbers),
+            ModuleView::items(&graph, "motor", &ports.actions, &actions),
         ];
         let place = |name: &str| phases.iter().position(|p| p == name).unwrap_or(usize::MAX);
         let (met, stuck) = (place("Done"), place("Stuck"));
