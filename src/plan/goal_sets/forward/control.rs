@@ -242,8 +242,8 @@ impl Control {
         let wide = w.latches("wide", 1);
         w.link(&phases, &wide, [(Widen.place(), 0, 1.2), (Start.place(), 0, -4.0)]);
         w.link(&wide, &signals, [(0, Wide.place(), 1.0)]);
-        // A relaxed plan of a state that was left still leads on from others: what is missing is needed anew. It misleads only
-        // where operators outside it are tried, since these are told by it.
+        // In a state that the search comes back to, the relaxed plan of the state that it left goes on, with other operators than
+        // were tried there. Only where operators outside the relaxed plan are tried, a new one is needed to tell which they are.
         let anew = w.both("anew", 1);
         w.link(&returned, &anew, [(0, 0, 1.0)]);
         w.link(&wide, &anew, [(0, 0, 1.0)]);
