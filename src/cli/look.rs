@@ -10,7 +10,7 @@ use symbolt::files::Limit;
 use symbolt::sim::{few, meant};
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::TargetPose;
-use symbolt::task::domain::{GoalTerm, RelationalDomain};
+use symbolt::task::domain::{GoalTerm, Quantity, RelationalDomain};
 use symbolt::task::{Recording, Snapshot};
 
 use super::domain_tables::{metres, other_goals};
@@ -49,6 +49,26 @@ pub(crate) fn wanted(
             Ok(domain.goals.clone())
         }
     }
+}
+
+/// Says of which kinds a goal asks for more objects than the scene has.
+pub(crate) fn fewer(
+    domain: &RelationalDomain,
+    scene: &Snapshot,
+    goals: &[GoalTerm],
+) -> Vec<String> {
+    let said = goals.iter().filter_map(|goal| {
+        let Quantity::AtLeast(least) = goal.quantity else { return None };
+        let kind = &domain.states[goal.state].kind;
+        let present = scene.objects.iter().filter(|object| *object.kind == **kind).count();
+        (1..least).contains(&present).then(|| {
+            let words = domain.goal_in_words(goal);
+            format!(
+                "\"{words}\": the scene has {present} of the kind {kind}, and all of them will do"
+            )
+        })
+    });
+    said.collect()
 }
 
 /// Finds the state of every object, and warns of objects that are equally near to two references.

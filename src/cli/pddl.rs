@@ -12,7 +12,7 @@ use symbolt::task::pddl::{Written, of_relational};
 use symbolt::task::{Snapshot, TaskError};
 
 use super::end::Outcome;
-use super::look::{look, read, wanted};
+use super::look::{fewer, look, read, wanted};
 use super::options::{Common, GroundingArgs};
 use super::output::{
     Progress, answer_unless_quiet, not_standard_output, overwrite, use_threads, warn, warn_of,
@@ -53,8 +53,9 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     let name = args.domain.file_stem().map(|n| n.to_string_lossy());
     let name = name.filter(|name| !matches!(&**name, "domain" | "problem" | "-"));
     let name = name.unwrap_or_else(|| "learned".into());
-    let written = write(args, &domain, &scene, &name)?;
+    let (written, warnings) = write(args, &domain, &scene, &name)?;
     drop(progress);
+    warnings.iter().for_each(|warning| warn(warning));
     let overwrite = overwrite(args.force);
     let texts = [written.domain.to_string(), written.problem.to_string()];
     let folder = ResultFolder::open(&args.out)?;
@@ -71,7 +72,7 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     let json = || {
         json!({
             "domain": args.out.join(FILES[0]), "problem": args.out.join(FILES[1]),
-            "predicates": predicates, "actions": actions, "facts": facts,
+            "predicates": predicates, "actions": actions, "facts": facts, "warnings": warnings,
         })
     };
     answer_unless_quiet(&args.common, json, || {
@@ -86,17 +87,25 @@ fn write(
     domain: &RelationalDomain,
     scene: &Snapshot,
     name: &str,
-) -> Result<Written, Error> {
+) -> Result<(Written, Vec<String>), Error> {
     let goals = wanted(domain, args.goal.as_deref())?;
+    let mut warnings = fewer(domain, scene, &goals);
     let layout = look(&args.grounding, domain, scene)?;
     let now = layout.situation();
     let problem = Problem::with_goals(domain, &layout, goals).map_err(TaskError::from)?;
-    let ground = problem.ground(&now).map_err(TaskError::from)?;
-    let dropped: Vec<(usize, usize)> = ground.dropped().iter().copied().collect();
-    for (operator, need) in &dropped {
+    let mut dropped: Vec<(usize, usize)> = Vec::new();
+    if problem.lacking(&now) == 0 {
+        // There may be no action towards a goal that is met.
+        warnings.push("the goal is met in this scene: its plan is empty".into());
+    } else {
+        let ground = problem.ground(&now).map_err(TaskError::from)?;
+        dropped.extend(ground.dropped());
+    }
+    warnings.extend(dropped.iter().map(|(operator, need)| {
         let operator = &domain.operators[*operator];
         let need = domain.need_in_words(operator, &operator.needs[*need]);
-        warn(&format!("{} does without `{need}`, which is undecided", operator.name));
-    }
-    of_relational(&problem, &dropped, &now, name).map_err(Error::from)
+        format!("{} does without `{need}`, which is undecided", operator.name)
+    }));
+    let written = of_relational(&problem, &dropped, &now, name)?;
+    Ok((written, warnings))
 }

@@ -135,3 +135,71 @@ fn a_goal_that_no_state_has_is_told_from_one_that_was_not_found() {
     assert_eq!(code, Some(1), "{err}");
     assert!(!json["fault"].as_str().unwrap().contains("cannot be reached"), "{json}");
 }
+
+/// A match burns for five seconds, and a fuse is mended by its light.
+const MATCH: &str = "(define (domain match) (:requirements :durative-actions) (:predicates (light) (mended) (unused))
+ (:durative-action strike :parameters () :duration (= ?duration 5) :condition (at start (unused))
+  :effect (and (at start (light)) (at start (not (unused))) (at end (not (light)))))
+ (:durative-action mend :parameters () :duration (= ?duration 2) :condition (over all (light)) :effect (at end (mended))))
+(define (problem fuse) (:domain match) (:init (unused)) (:goal (mended)))";
+
+#[test]
+fn a_goal_out_of_reach_of_instant_actions_is_not_said_to_be_out_of_reach_of_durative_ones() {
+    let own = "; this holds for instant actions: what goes on at the same time was lost in reading durative ones";
+    let pots = include_str!("../fixtures/pddl/two_pots.pddl");
+    let lasting = pots
+        .replace("(:action mix", "(:durative-action mix")
+        .replace(
+            ":precondition (empty ?p)",
+            ":duration (= ?duration 1) :condition (at start (empty ?p))",
+        )
+        .replace(
+            ":effect (and (made ?c) (not (empty ?p)))",
+            ":effect (at end (and (made ?c) (not (empty ?p))))",
+        );
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("both.pddl");
+    // Before the search, after one in vain, and of actions that are written as instant.
+    for (text, qualified) in [(MATCH, true), (&lasting, true), (pots, false)] {
+        std::fs::write(&file, text).expect("written");
+        let args = [file.to_str().expect("a name"), "--as-instant", "--time", "1", "--json"];
+        let (code, err, json) = plan(&args);
+        let fault = json["fault"].as_str().unwrap();
+        assert!(code == Some(1) && fault.contains("cannot be reached"), "{err}");
+        assert_eq!(fault.ends_with(own), qualified, "{fault}");
+        assert_eq!(err, format!("symbolt: {fault}\n"));
+    }
+}
+
+#[test]
+fn spikes_and_goal_sets_are_counted_where_a_goal_is_proved_to_be_out_of_reach() {
+    let args = ["two_pots.pddl", "--time", "0.5", "--mode", "lif", "--spikes"];
+    let (code, _, json) = plan(&[&args[..], &["--json"]].concat());
+    assert_eq!(code, Some(1));
+    let [spikes, sets] = ["spikes", "goal_sets"].map(|key| json[key].as_u64().unwrap());
+    assert!(spikes > 1_000 && sets > 0 && json["dead_ends"].is_u64(), "{json}");
+    // No action began: all is one decision.
+    assert_eq!(json["decision_spikes"], spikes);
+    let (code, err, table) = plan(&args);
+    let table = table.as_str().unwrap();
+    assert_eq!(code, Some(1));
+    assert!(
+        err.contains(&format!("after a search in vain ({sets} goal sets and states, ")),
+        "{err}"
+    );
+    let first = format!("Spikes:  {spikes}, {spikes} of the first decision, ");
+    assert!(table.contains(&first) && table.contains("Synaptic events: "), "{table}");
+    assert!(!table.contains("for each action"), "{table}");
+}
+
+#[test]
+fn spikes_of_the_first_decision_are_some_of_all() {
+    let args = ["pushing.pddl", "--mode", "lif", "--spikes", "--json"];
+    let (code, err, json) = plan(&args);
+    assert_eq!(code, Some(0), "{err}");
+    for kind in ["spikes", "synaptic_events"] {
+        let [all, first] =
+            [kind, &format!("decision_{kind}")].map(|key| json[key].as_u64().unwrap());
+        assert!(first > 1_000 && all > first, "{kind}: {first} of {all}");
+    }
+}

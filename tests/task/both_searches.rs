@@ -381,3 +381,46 @@ fn parcels_are_not_fetched_one_by_one() {
     let actions = course.plan().count();
     assert!(valid && (16..=24).contains(&actions), "{actions}");
 }
+
+/// A couple walks along a trail of three places, to a tent that stands at the next one; two cars take them and it there.
+const HIKE: [&str; 2] = [
+    "(define (domain hiking) (:requirements :typing :equality) (:types car tent person couple place)
+        (:predicates (at-tent ?t - tent ?p - place) (at-person ?x - person ?p - place)
+            (at-car ?c - car ?p - place) (partners ?c - couple ?a ?b - person) (up ?t - tent)
+            (down ?t - tent) (walked ?c - couple ?p - place) (next ?a ?b - place))
+        (:action put-down :parameters (?x - person ?p - place ?t - tent)
+            :precondition (and (at-person ?x ?p) (at-tent ?t ?p) (up ?t))
+            :effect (and (down ?t) (not (up ?t))))
+        (:action put-up :parameters (?x - person ?p - place ?t - tent)
+            :precondition (and (at-person ?x ?p) (at-tent ?t ?p) (down ?t))
+            :effect (and (up ?t) (not (down ?t))))
+        (:action drive-passenger :parameters (?x ?y - person ?a ?b - place ?c - car)
+            :precondition (and (at-person ?x ?a) (at-car ?c ?a) (at-person ?y ?a) (not (= ?x ?y)))
+            :effect (and (at-person ?x ?b) (not (at-person ?x ?a)) (at-car ?c ?b)
+                (not (at-car ?c ?a)) (at-person ?y ?b) (not (at-person ?y ?a))))
+        (:action drive :parameters (?x - person ?a ?b - place ?c - car)
+            :precondition (and (at-person ?x ?a) (at-car ?c ?a))
+            :effect (and (at-person ?x ?b) (not (at-person ?x ?a)) (at-car ?c ?b) (not (at-car ?c ?a))))
+        (:action drive-tent :parameters (?x - person ?a ?b - place ?c - car ?t - tent)
+            :precondition (and (at-person ?x ?a) (at-car ?c ?a) (at-tent ?t ?a) (down ?t))
+            :effect (and (at-person ?x ?b) (not (at-person ?x ?a)) (at-car ?c ?b)
+                (not (at-car ?c ?a)) (at-tent ?t ?b) (not (at-tent ?t ?a))))
+        (:action walk :parameters (?t - tent ?b - place ?x ?y - person ?a - place ?c - couple)
+            :precondition (and (at-tent ?t ?b) (up ?t) (at-person ?x ?a) (next ?a ?b)
+                (at-person ?y ?a) (not (= ?x ?y)) (walked ?c ?a) (partners ?c ?x ?y))
+            :effect (and (at-person ?x ?b) (not (at-person ?x ?a)) (at-person ?y ?b)
+                (not (at-person ?y ?a)) (walked ?c ?b) (not (walked ?c ?a)))))",
+    "(define (problem trail) (:domain hiking)
+        (:objects ca0 ca1 - car t0 - tent guy0 girl0 - person co0 - couple pl0 pl1 pl2 - place)
+        (:init (next pl0 pl1) (next pl1 pl2) (at-person guy0 pl0) (at-person girl0 pl0)
+            (partners co0 guy0 girl0) (walked co0 pl0) (at-tent t0 pl0) (up t0) (at-car ca0 pl0)
+            (at-car ca1 pl0))
+        (:goal (walked co0 pl2)))",
+];
+
+#[test]
+fn hikers_are_not_misled_by_a_new_relaxed_plan_in_each_state_that_the_search_comes_back_to() {
+    // With a new wave in each of these states no plan was found in thirty seconds.
+    let (_, course, valid) = run(HIKE[0], HIKE[1], Directions::Forward, false, 20);
+    assert!(valid && course.starts() == 1, "{}", course.starts());
+}

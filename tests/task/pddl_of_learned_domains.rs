@@ -278,26 +278,77 @@ fn plans_of_the_symbolic_planner_are_valid_in_pddl_and_plans_in_pddl_reach_the_g
     assert!(counts[0] >= 12 && counts[1] >= 8, "{counts:?}");
 }
 
+/// Runs `symbolt pddl` with a domain, in the scene in which a test of the world begins. Returns the exit code and the outputs.
+#[cfg(feature = "cli")]
+fn command(
+    folder: &std::path::Path,
+    (world, domain): (&World, &RelationalDomain),
+    arguments: &[&str],
+) -> (Option<i32>, String, String) {
+    let run = world.begin(Seed::new(9), Stage::Test);
+    let scene = run.snapshot().to_json().expect("plain data");
+    let domain = domain.to_json().expect("plain data");
+    std::fs::write(folder.join("domain.json"), domain).expect("writes");
+    std::fs::write(folder.join("scene.json"), scene).expect("writes");
+    let mut command = assert_cmd::Command::cargo_bin("symbolt").expect("the program was built");
+    let common = ["pddl", "domain.json", "--scene", "scene.json", "--out", "made"];
+    let output = command.current_dir(folder).args(common).args(arguments).output();
+    let output = output.expect("it starts");
+    let [out, err] =
+        [output.stdout, output.stderr].map(|b| String::from_utf8_lossy(&b).into_owned());
+    (output.status.code(), out, err)
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn a_goal_that_is_met_is_written_with_a_warning() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let world = worlds::named("nuts").expect("a world");
+    let domain = learned(&world).expect("it teaches");
+    let met = "the goal is met in this scene: its plan is empty";
+    let run = world.begin(Seed::new(9), Stage::Test);
+    let now = Classifier::new(&domain).classify(&run.snapshot()).situation();
+    let held = now.iter().flatten().next().expect("something is in a state").state;
+    let goal = [&*domain.states[held].name];
+    let call = |arguments: &[&str]| command(folder.path(), (&world, &domain), arguments);
+    let (code, out, err) = call(&[&["--goal"], &goal[..], &["--json"]].concat());
+    assert!(code == Some(0) && err.contains(&format!("warning: {met}\n")), "{err}");
+    let said: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(said["warnings"], serde_json::json!([met]));
+    let [domain, problem] = ["domain.pddl", "problem.pddl"]
+        .map(|name| std::fs::read(folder.path().join("made").join(name)).expect("it was written"));
+    let domain = strips::Domain::parse(&domain, "domain", Bodies::Read).expect("a domain");
+    let problem = strips::Problem::parse(&problem, "problem", &domain).expect("a problem");
+    assert!(validate(&domain, &problem, []).is_ok());
+    let (code, _, err) = call(&["--force"]);
+    assert!(code == Some(0) && !err.contains(met), "{err}");
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn a_goal_that_asks_for_more_than_there_is_is_written_with_a_warning() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let world = worlds::named("nuts").expect("a world");
+    let mut domain = learned(&world).expect("it teaches");
+    let run = world.begin(Seed::new(9), Stage::Test);
+    let kind = domain.states[domain.goals[0].state].kind.clone();
+    let present = run.snapshot().objects.iter().filter(|o| *o.kind == *kind).count();
+    for (least, warned) in [(present, false), (present + 1, true)] {
+        domain.goals[0].quantity = Quantity::AtLeast(least);
+        let (code, _, err) = command(folder.path(), (&world, &domain), &["--force"]);
+        let words = format!("the scene has {present} of the kind {kind}, and all of them will do");
+        assert!(code == Some(0) && err.contains(&words) == warned, "{err}");
+    }
+}
+
 #[cfg(feature = "cli")]
 #[test]
 fn the_command_writes_both_files_or_none() {
     let folder = tempfile::tempdir().expect("a folder");
     let world = worlds::named("nuts").expect("a world");
     let domain = learned(&world).expect("it teaches");
-    let run = world.begin(Seed::new(9), Stage::Test);
-    let scene = run.snapshot().to_json().expect("plain data");
     let file = |name: &str| folder.path().join(name);
-    std::fs::write(file("domain.json"), domain.to_json().expect("plain data")).expect("writes");
-    std::fs::write(file("scene.json"), scene).expect("writes");
-    let call = |arguments: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("symbolt").expect("the program was built");
-        let common = ["pddl", "domain.json", "--scene", "scene.json", "--out", "made"];
-        let output = command.current_dir(folder.path()).args(common).args(arguments).output();
-        let output = output.expect("it starts");
-        let [out, err] =
-            [output.stdout, output.stderr].map(|b| String::from_utf8_lossy(&b).into_owned());
-        (output.status.code(), out, err)
-    };
+    let call = |arguments: &[&str]| command(folder.path(), (&world, &domain), arguments);
     let (code, _, err) = call(&["--goal", "NOWHERE"]);
     assert!(code == Some(2) && err.contains("NOWHERE"), "{err}");
     assert!(!file("made/domain.pddl").exists() && !file("made/problem.pddl").exists());

@@ -145,7 +145,7 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
     progress.say("grounding the problem");
     let grounded = match Grounded::new(&domain, &problem) {
         Err(fault @ GroundFault::Unreachable { .. }) => {
-            return Ok(End::Unreachable(fault.to_string()));
+            return Ok(End::Unreachable(as_read(&domain, &fault.to_string())));
         }
         grounded => grounded?,
     };
@@ -160,38 +160,44 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
     let course = match pursue(&grounded, world, &spec, Seed::new(args.common.seed)) {
         Err(fault @ (GoalSetError::NeverHolds { .. } | GoalSetError::Unreachable { .. })) => {
-            return Ok(End::Unreachable(fault.to_string()));
+            return Ok(End::Unreachable(as_read(&domain, &fault.to_string())));
         }
         course => course?,
     };
     let steps = grounded.steps(course.plan());
-    let checked = validate(&domain, &problem, steps.iter().copied()).map(|_| ());
-    let never = course.begun.is_empty() && checked.is_err() && proved_unreachable(&grounded);
+    let fault = validate(&domain, &problem, steps.iter().copied()).err();
+    let fault = fault.map(|fault| fault.to_string());
+    let never = course.begun.is_empty() && fault.is_some() && proved_unreachable(&grounded);
     drop(progress);
-    if never {
-        return Ok(End::Unreachable(NEVER.into()));
-    }
     let cost = problem.metric.is_some().then(|| {
         // Without actions the sum of floats is -0.
         course.plan().map(|operator| grounded.operators[operator].cost.value()).sum::<f64>() + 0.0
     });
     let done: Vec<usize> = course.plan().collect();
-    let short = checked.is_ok().then(|| shorten(&grounded, &done)).filter(|s| s.len() < done.len());
+    let short = fault.is_none().then(|| shorten(&grounded, &done)).filter(|s| s.len() < done.len());
     let short =
         short.filter(|s| validate(&domain, &problem, grounded.steps(s.iter().copied())).is_ok());
     let answer = Answer { problem: &grounded, course: &course, cost, short };
+    let proof = never.then(|| as_read(&domain, &answer.proof()));
     let text = if args.common.json {
-        let fault = checked.as_ref().err().map(ToString::to_string);
+        let fault = proof.clone().or_else(|| fault.clone());
         answer.summary(fault, &args.planner.mode, warnings).to_string()
     } else {
         answer.table(&size)
     };
     out.write(&text)?;
-    Ok(End::Answered(checked.err().map(|fault| answer.failure(&spec, &fault.to_string()))))
+    Ok(End::Answered(proof.or_else(|| fault.map(|fault| answer.failure(&spec, &fault)))))
 }
 
-/// What is said of a goal that no state has.
-const NEVER: &str = "the goal cannot be reached: a program looked at all states that can be reached, after a search in vain";
+/// Says of a proof that no plan exists what it is about, if the actions of the domain are not what was planned with.
+fn as_read(domain: &Domain, fault: &str) -> String {
+    match domain.instant {
+        true => format!(
+            "{fault}; this holds for instant actions: what goes on at the same time was lost in reading durative ones"
+        ),
+        false => fault.to_owned(),
+    }
+}
 
 /// States that are looked at times operators: a few seconds at most.
 const LOOKS: usize = 100_000_000;
@@ -250,6 +256,14 @@ impl Answer<'_> {
         format!("{sets}, {}", counted(course.dead_ends(), "dead end"))
     }
 
+    /// Says that no state has the goal, and how that is known.
+    fn proof(&self) -> String {
+        let searched = self.searched();
+        format!(
+            "the goal cannot be reached: a program looked at all states that can be reached, after a search in vain ({searched})"
+        )
+    }
+
     /// Says how far the planner got within its time, what ran out, and what to try.
     fn failure(&self, spec: &GoalSetSpec, fault: &str) -> String {
         let course = self.course;
@@ -295,6 +309,8 @@ impl Answer<'_> {
             "starts": course.starts(),
             "spikes": course.spikes.map(|c| c.spikes),
             "synaptic_events": course.spikes.map(|c| c.synaptic_events),
+            "decision_spikes": course.decision.map(|c| c.spikes),
+            "decision_synaptic_events": course.decision.map(|c| c.synaptic_events),
             "warnings": warnings,
         })
     }
@@ -315,16 +331,20 @@ impl Answer<'_> {
         if let Some(cost) = self.cost.filter(|_| course.reached) {
             let _ = writeln!(text, "Cost:    {cost}");
         }
-        if let Some(counted) = course.spikes {
-            let each = |of: usize| counted.spikes / (of.max(1) as u64);
-            let _ = writeln!(
-                text,
-                "Spikes:  {}, {} a goal set or state, {} an action; {} synaptic events",
-                counted.spikes,
-                each(course.goal_sets()),
-                each(self.begun().count()),
-                counted.synaptic_events
-            );
+        if let (Some(all), Some(decision)) = (course.spikes, course.decision) {
+            let [sets, actions] = [course.goal_sets(), self.begun().count()];
+            for (name, all, decision) in [
+                ("Spikes:", all.spikes, decision.spikes),
+                ("Synaptic events:", all.synaptic_events, decision.synaptic_events),
+            ] {
+                let _ = write!(text, "{name:<8} {all}, {decision} of the first decision");
+                for (what, count) in [("goal set or state", sets), ("action", actions)] {
+                    if let Some(each) = all.checked_div(count as u64) {
+                        let _ = write!(text, ", {each} for each {what}");
+                    }
+                }
+                text.push('\n');
+            }
         }
         if let Some(short) = &self.short {
             let steps = self.problem.steps(short.iter().copied());

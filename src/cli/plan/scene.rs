@@ -8,14 +8,13 @@ use serde_json::{Value, json};
 use symbolt::sim::few;
 use symbolt::task::classify::Layout;
 use symbolt::task::compile::{GroundProblem, Problem, ProblemError};
-use symbolt::task::domain::{GoalTerm, Quantity, RelationalDomain, RelationalOperator};
+use symbolt::task::domain::{RelationalDomain, RelationalOperator};
 use symbolt::task::planner::{Choice, Decision, PlannerKind, SceneEnd, SceneMove, ScenePlan, Why};
-use symbolt::task::recording::Snapshot;
 use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::look::{look, loose, misses, position, read, target_json, wanted};
+use crate::cli::look::{fewer, look, loose, misses, position, read, target_json, wanted};
 use crate::cli::options::PlannerArgs;
 use crate::cli::output::{Place, Progress, warn};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
@@ -75,22 +74,6 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
         }
         _ => Outcome::Done,
     })
-}
-
-/// Says of which kinds a goal asks for more objects than the scene has.
-fn fewer(domain: &RelationalDomain, scene: &Snapshot, goals: &[GoalTerm]) -> Vec<String> {
-    let said = goals.iter().filter_map(|goal| {
-        let Quantity::AtLeast(least) = goal.quantity else { return None };
-        let kind = &domain.states[goal.state].kind;
-        let present = scene.objects.iter().filter(|object| *object.kind == **kind).count();
-        (1..least).contains(&present).then(|| {
-            let words = domain.goal_in_words(goal);
-            format!(
-                "\"{words}\": the scene has {present} of the kind {kind}, and all of them will do"
-            )
-        })
-    });
-    said.collect()
 }
 
 /// Returns the first decision with the domain that it is about.

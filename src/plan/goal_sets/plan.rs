@@ -125,6 +125,8 @@ pub struct Course {
     pub directions: Directions,
     /// The spikes, if they were counted.
     pub spikes: Option<SpikeCount>,
+    /// Those of the first decision among them: until an action begins.
+    pub decision: Option<SpikeCount>,
 }
 
 impl Course {
@@ -214,6 +216,7 @@ pub fn pursue(
     if rules.operators.iter().all(|operator| operator.adds.is_empty()) {
         // No operator is in a plan: the goal holds, or is out of reach.
         let reached = world.reached();
+        let none = spec.count_spikes.then(SpikeCount::default);
         return Ok(Course {
             reached,
             begun: Vec::new(),
@@ -221,7 +224,8 @@ pub fn pursue(
             moments: Vec::new(),
             units,
             directions,
-            spikes: None,
+            spikes: none,
+            decision: none,
         });
     }
     let rules = Arc::new(rules);
@@ -263,6 +267,7 @@ pub fn pursue(
     let mut counter = spec.count_spikes.then(|| SpikeCounter::new(&graph, &planner.reach));
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
+    let mut decision = None;
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
         let step = (limit - ms).min(PERIOD_MS);
@@ -271,6 +276,9 @@ pub fn pursue(
                 for _ in 0..step {
                     sim.run_for(SimDuration::from_millis(1))?;
                     counter.look(&sim);
+                    if inside(&sim).is_none_or(|world| world.begun().is_empty()) {
+                        decision = Some(counter.count);
+                    }
                 }
             }
             None => sim.run_for(SimDuration::from_millis(step)).map(|_| ())?,
@@ -297,6 +305,7 @@ pub fn pursue(
         units,
         directions,
         spikes: counter.map(|counter| counter.count),
+        decision,
     })
 }
 

@@ -201,6 +201,8 @@ pub struct Domain {
     pub derived: Vec<Derived>,
     /// Action schemas, in the order of declaration.
     pub actions: Vec<Action>,
+    /// Whether durative actions were read as instant ones: what needs actions that go on at the same time is out of reach.
+    pub instant: bool,
     /// Comments that are printed first. They are not read.
     pub comments: Vec<String>,
     /// What the text has that is sloppy or that is ignored, a sentence each.

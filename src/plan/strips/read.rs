@@ -131,6 +131,7 @@ impl DomainReader<'_> {
             .filter(|s| s.head() == Some(":action") || s.head() == Some(":durative-action"));
         for section in actions {
             let action = self.action(section, &constants, &numbers, &mut kinds)?;
+            self.domain.instant |= section.head() == Some(":durative-action");
             self.domain.actions.push(action);
         }
         for kind in kinds {

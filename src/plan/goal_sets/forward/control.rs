@@ -116,7 +116,7 @@ pub(in crate::plan::goal_sets) enum Signal {
     Seen,
     /// The state has changed since the wave.
     Stale,
-    /// It is one that the search came back to, and no wave has run since.
+    /// It is one that the search came back to while operators outside the relaxed plan are tried, and no wave has run since.
     Returned,
     /// The present slot is the first.
     First,
@@ -233,17 +233,21 @@ impl Control {
         let changes = [(Write, 1.2), (Read, 1.2), (Wave, -4.0)];
         w.link(&phases, &stale, changes.map(|(phase, weight)| (phase.place(), 0, weight)));
         w.link(&stale, &signals, [(0, Stale.place(), 1.0)]);
-        // The relaxed plan of a state that was left is of no use in the one that the search comes back to.
         let returned = w.latches("returned", 1);
         w.link(
             &phases,
             &returned,
             [(Read.place(), 0, 1.2), (Look.place(), 0, -4.0), (Start.place(), 0, -4.0)],
         );
-        w.link(&returned, &signals, [(0, Returned.place(), 1.0)]);
         let wide = w.latches("wide", 1);
         w.link(&phases, &wide, [(Widen.place(), 0, 1.2), (Start.place(), 0, -4.0)]);
         w.link(&wide, &signals, [(0, Wide.place(), 1.0)]);
+        // In a state that the search comes back to, the relaxed plan of the state that it left goes on, with other operators than
+        // were tried there. Only where operators outside the relaxed plan are tried, a new one is needed to tell which they are.
+        let anew = w.both("anew", 1);
+        w.link(&returned, &anew, [(0, 0, 1.0)]);
+        w.link(&wide, &anew, [(0, 0, 1.0)]);
+        w.link(&anew, &signals, [(0, Returned.place(), 1.0)]);
         Self { phases, signals, elapsed, restless, wide }
     }
 }

@@ -155,6 +155,7 @@ mod tests {
             units: 1,
             directions: Directions::Backward,
             spikes: None,
+            decision: None,
         };
         let named = |ms| {
             let hands = hands(made, &state_at(made, &course, ms));
