@@ -217,3 +217,31 @@ fn what_ends_differently_in_one_demonstration_of_five_is_named_and_no_silent_par
     });
     assert_eq!(missed.collect::<Vec<_>>(), [("crate", 4, 5)]);
 }
+
+#[test]
+fn tiles_that_lie_about_face_up_or_face_down_belong_to_the_table_and_not_to_a_block() {
+    for seed in 0..10u64 {
+        let mut draw = Draw(32_000 + seed);
+        let demo = |_| {
+            let (block, tray) = (draw.fixture(0.02), draw.fixture(0.0));
+            let mut all = vec![("block", block), ("tray", tray)];
+            let mut moves = Vec::new();
+            for tile in 0..3usize {
+                let down = draw.within(0.0, 1.0) < 0.5;
+                let lying = draw.lying(0.005);
+                let turned = on(&lying, &at([0.0; 3], 0.0, 180.0));
+                all.push(("tile", if down { turned } else { lying }));
+                if down {
+                    moves.push((2 + tile, on(&block, &flat(0.0, 0.0, 0.03, draw.yaw()))));
+                }
+                let slot = flat(0.09 * tile as f64 - 0.09, 0.0, 0.008, draw.yaw());
+                moves.push((2 + tile, on(&tray, &slot)));
+            }
+            shown(objects(&all), &moves)
+        };
+        let domain = learned(&recording((0..5).map(demo)));
+        let found = domain.states.iter().filter(|s| s.origin == Origin::Found);
+        let frames: Vec<&str> = found.map(|s| s.frame.name()).collect();
+        assert_eq!(frames, ["world", "world"], "seed {seed}");
+    }
+}

@@ -8,7 +8,7 @@ use super::motion::{Came, Motion, vertical, widths};
 use crate::task::domain::levelled;
 
 /// Noise of the orientations, in radians, up to which a tilt is what it seems.
-pub(super) const EXACT_RAD: f64 = 1e-3;
+const EXACT_RAD: f64 = 1e-3;
 /// Least number of demonstrations that show a kind.
 const SHOWN: usize = 3;
 /// Greatest ratio of the tilts to those that noise makes, and what is level without any, in radians.

@@ -30,6 +30,8 @@ const NOISE: f64 = 5.0;
 /// Numbers of sides from which objects may look alike, and of poses from which this is seen.
 const SIDES: [f64; 4] = [2.0, 3.0, 4.0, 6.0];
 const SYMMETRIC: usize = 3;
+/// Evidence for such sides up to which they may be chance, in nats: few angles nearly fit some number of sides.
+const BY_CHANCE: f64 = 3.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
@@ -257,6 +259,10 @@ impl Likelihood {
         let tilt = (squares[axis] - 2.0 * explained).max(0.0);
         let direction = self.tight(n, tilt / 2.0, DIRECTION_EXTENT, self.scale_rad);
         let direction = 2.0 * (direction + n as f64 * DIRECTION_EXTENT.ln());
+        // What lies face up or face down has no such axis, but its sides are all horizontal.
+        if direction <= 0.0 {
+            return 0.0;
+        }
         let folded = SIDES.iter().map(|sides| {
             let sum = |of: fn(f64) -> f64| turns.iter().map(|t| of(sides * angle(t))).sum::<f64>();
             let spread = 2.0 * (n as f64 - sum(f64::cos).hypot(sum(f64::sin))) / (sides * sides);
@@ -266,7 +272,7 @@ impl Likelihood {
         });
         let [free, axis, full] = self.turn(n, &sums.turn, explained);
         let best = folded.fold(f64::NEG_INFINITY, f64::max) - (3.0 * SIDES.len() as f64).ln();
-        (best - log_add(log_add(free, axis), full)).max(0.0)
+        (best - BY_CHANCE - log_add(log_add(free, axis), full)).max(0.0)
     }
 
     /// Log marginal likelihood of `n` orientations, relative to uniform ones.
