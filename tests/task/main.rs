@@ -25,6 +25,7 @@ mod both_searches;
 mod catalogue;
 mod doubt;
 mod events;
+mod fixtures_and_heaps;
 mod goal_set_races;
 mod goal_sets;
 mod goal_sets_in_scenes;

@@ -12,7 +12,7 @@ use symbolt::task::{ObjectPose, Recording, Sensing, Snapshot};
 use super::modes::{Draw, recording, shown};
 
 /// A pose turned by yaw, then pitch, in degrees.
-fn at(position: [f64; 3], yaw: f64, pitch: f64) -> Pose {
+pub(super) fn at(position: [f64; 3], yaw: f64, pitch: f64) -> Pose {
     let turn = |axis, degrees: f64| UnitQuaternion::from_axis_angle(&axis, degrees.to_radians());
     let turn = turn(Vector3::z_axis(), yaw) * turn(Vector3::y_axis(), pitch);
     let q = turn.into_inner().coords;
@@ -66,7 +66,7 @@ pub(super) fn noisy(recording: &Recording, mm_deg: f64, seed: u64) -> Recording 
     sensing(mm_deg).apply_recording(recording, Seed::new(seed))
 }
 
-fn sensing(mm_deg: f64) -> Sensing {
+pub(super) fn sensing(mm_deg: f64) -> Sensing {
     Sensing { pose_noise_m: 1e-3 * mm_deg, pose_noise_deg: mm_deg, ..Sensing::default() }
 }
 

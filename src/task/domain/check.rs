@@ -5,6 +5,7 @@ use super::{
     FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator, Role, SubKinds,
     Subject,
 };
+use crate::sim::plain;
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, check_names};
 use crate::task::recording::{FIT_NAME, unfit};
@@ -51,6 +52,13 @@ impl RelationalDomain {
             let expected = "finite numbers of at least 0";
             (!noise.iter().all(usable)).then(|| Fault::new("the noise is not usable", expected))
         };
+        let of_level = || {
+            let usable =
+                |side: &[f64; 3]| (side.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < UNIT;
+            let fault = self.level.iter().find(|(_, side)| !usable(side))?;
+            let problem = format!("the side of `{}` that is up has no direction", plain(fault.0));
+            Some(Fault::new(problem, "a vector of length 1"))
+        };
         let of_kinds = || SubKinds::fault_of(&self.sub_kinds);
         names
             .or_else(|| self.fault_of_words())
@@ -58,6 +66,7 @@ impl RelationalDomain {
             .or_else(of_operators)
             .or_else(of_goals)
             .or_else(of_noise)
+            .or_else(of_level)
             .or_else(of_kinds)
     }
 

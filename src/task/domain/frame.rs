@@ -1,6 +1,6 @@
 //! Frames of states, and poses relative to a frame.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Pose;
@@ -64,6 +64,16 @@ pub(crate) fn world_pose(reference: &Pose, pose: &Pose) -> Pose {
     let turn = reference.rotation();
     let position = turn * Vector3::from(pose.position) + Vector3::from(reference.position);
     Pose { position: position.into(), orientation: quaternion_array(&(turn * pose.rotation())) }
+}
+
+/// Returns a pose turned the shortest way so that a direction of the object's frame points along a direction of the world. A
+/// pose in which they are opposite is not changed.
+pub(crate) fn levelled(pose: &Pose, own: &Vector3<f64>, along: &Vector3<f64>) -> Pose {
+    let turn = pose.rotation();
+    match UnitQuaternion::rotation_between(&(turn * own), along) {
+        Some(back) => Pose { orientation: quaternion_array(&(back * turn)), ..*pose },
+        None => *pose,
+    }
 }
 
 #[cfg(test)]

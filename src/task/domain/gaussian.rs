@@ -87,6 +87,7 @@ impl Gaussians {
             goals: goals.collect(),
             noise_m: 0.0,
             noise_rad: 0.0,
+            level: BTreeMap::new(),
             provenance: self.provenance,
             sub_kinds: Vec::new(),
             words: BTreeMap::new(),

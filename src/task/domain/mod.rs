@@ -41,7 +41,7 @@ mod sub_kinds;
 pub use condition::{Condition, Role, Subject};
 pub(crate) use condition::{Counted, Parameters};
 pub use frame::Frame;
-pub(crate) use frame::{relative, world_pose};
+pub(crate) use frame::{levelled, relative, world_pose};
 pub use goal::{GoalTerm, Quantity};
 pub use operator::{Before, Displacement, Need, NeedVerdict, RelationalOperator, SideEffect};
 pub use provenance::{KindClusters, Provenance};
@@ -64,6 +64,9 @@ pub struct RelationalDomain {
     pub noise_m: f64,
     /// Standard deviation of the recorded orientations of objects at rest, in radians about each axis.
     pub noise_rad: f64,
+    /// Kinds of fixtures that stood level in every demonstration, each with the side that was up, as a unit vector in the frame of
+    /// its objects. A tilt that noise explains is left out of their poses.
+    pub level: BTreeMap<String, [f64; 3]>,
     /// How the domain was learned.
     pub provenance: Provenance,
     /// Kinds that are divided by an attribute. States have the names of their parts as kinds.

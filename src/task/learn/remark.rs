@@ -54,6 +54,17 @@ pub enum Remark {
         /// Whether they lack the attribute. If not, what is done to them is an exception.
         lacks: bool,
     },
+    /// Objects of a kind were left in a state in most demonstrations, but not in nearly all. The goal says nothing of the kind.
+    NotInGoal {
+        /// The kind.
+        kind: String,
+        /// The state.
+        state: String,
+        /// Number of demonstrations that end so.
+        held: usize,
+        /// Number of demonstrations.
+        of: usize,
+    },
     /// No goal was found.
     NoGoal(NoGoal),
 }
@@ -84,6 +95,7 @@ impl Remark {
             Self::MovedByOthers { .. } => "moved_by_others",
             Self::Alike { .. } => "alike",
             Self::WouldDivide { .. } => "would_divide",
+            Self::NotInGoal { .. } => "not_in_goal",
             Self::NoGoal(_) => "no_goal",
         }
     }
@@ -124,6 +136,10 @@ impl fmt::Display for Remark {
                 write!(f, "`{attribute}` would divide `{kind}`, but `{id}` in demo {demo} {why}")?;
                 if *more > 0 { write!(f, ", and so do {more} other objects") } else { Ok(()) }
             }
+            Self::NotInGoal { kind, state, held, of } => write!(
+                f,
+                "`{state}` is how {held} of {of} demonstrations end; the goal says nothing of where a `{kind}` goes"
+            ),
             Self::NoGoal(why) => write!(f, "no goal was found: {why}"),
         }
     }

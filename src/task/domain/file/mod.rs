@@ -40,6 +40,9 @@ struct DomainFile {
     provenance: Provenance,
     noise_m: f64,
     noise_rad: f64,
+    /// Kinds of fixtures that stand level, each with the side that is up.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    level: BTreeMap<String, [f64; 3]>,
     goals: Vec<GoalEntry>,
     states: Vec<FrameState>,
     operators: Vec<OperatorEntry>,
@@ -250,6 +253,7 @@ impl From<&RelationalDomain> for DomainFile {
             provenance: domain.provenance.clone(),
             noise_m: domain.noise_m,
             noise_rad: domain.noise_rad,
+            level: domain.level.clone(),
             goals: domain.goals.iter().map(goal).collect(),
             states: domain.states.clone(),
             operators: domain.operators.iter().map(operator).collect(),
@@ -342,6 +346,7 @@ impl DomainFile {
             goals,
             noise_m: self.noise_m,
             noise_rad: self.noise_rad,
+            level: self.level,
             provenance: self.provenance,
             sub_kinds: self.sub_kinds,
             words: self.words,

@@ -1,5 +1,7 @@
 //! The shape of a domain file: which values must be objects or strings, and which field has a fault.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
 
 use super::fields::{FieldFault, faulty_entry, is_unreadable, misfit};
@@ -85,6 +87,9 @@ pub(super) fn faulty_field(file: &Value) -> String {
         if file.get(noise).is_some_and(|value| !value.is_number()) {
             return noise.into();
         }
+    }
+    if file.get("level").is_some_and(is_unreadable::<BTreeMap<String, [f64; 3]>>) {
+        return "level".into();
     }
     let sentences =
         |words: &Value| words.as_object().is_some_and(|all| all.values().all(Value::is_string));

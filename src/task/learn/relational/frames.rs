@@ -191,7 +191,7 @@ impl<'m, 'r> Frames<'m, 'r> {
     }
 
     /// Returns whether the reference of a rest in a frame is moved while the rest lasts.
-    fn leaves(&self, rest: usize, frame: usize) -> bool {
+    pub fn leaves(&self, rest: usize, frame: usize) -> bool {
         let own = &self.motion.rests[rest];
         let Some((track, _)) = self.reference(rest, frame) else { return false };
         let end = self.motion.index_at(own.demo, track, own.last);
@@ -205,27 +205,29 @@ impl<'m, 'r> Frames<'m, 'r> {
         self.motion.rest_during(own.demo, track, (own.first, own.last))
     }
 
-    /// Returns the nearest object of the frame's kind when a rest began, and the number of objects to choose from.
+    /// Returns the nearest object of the frame's kind when a rest began, and the number of objects to choose from. One that is
+    /// taken away while the rest lasts is left out if there are others: in a heap, what lies above.
     pub fn reference(&self, rest: usize, frame: usize) -> Option<(usize, usize)> {
         let kind = self.kinds.get(frame.checked_sub(1)?)?;
         let own = &self.motion.rests[rest];
-        let mut nearest: Option<(f64, usize)> = None;
+        let mut nearest: Option<(bool, f64, usize)> = None;
         let mut choices = [0, 0];
         let handled = |rest: &Rest| usize::from(matches!(rest.came, Came::Placed(_)));
         for (t, track) in self.motion.tracks[own.demo].iter().enumerate() {
             if track.kind != *kind || t == own.track {
                 continue;
             }
-            let Some(there) = self.rest_during(rest, t) else { continue };
-            let there = &self.motion.rests[there];
+            let Some(index) = self.rest_during(rest, t) else { continue };
+            let there = &self.motion.rests[index];
             choices[handled(there)] += 1;
             let far = there.pose.distance(&own.pose);
-            if nearest.is_none_or(|(least, _)| far < least) {
-                nearest = Some((far, t));
+            let left = self.motion.index_at(own.demo, t, own.last).is_some_and(|end| end != index);
+            if nearest.is_none_or(|(gone, least, _)| (left, far) < (gone, least)) {
+                nearest = Some((left, far, t));
             }
         }
         // What was put somewhere is not mistaken for what lies about.
-        let (_, track) = nearest?;
+        let (.., track) = nearest?;
         let there = &self.motion.rests[self.rest_during(rest, track)?];
         Some((track, choices[handled(there)]))
     }
@@ -294,10 +296,8 @@ impl<'m, 'r> Frames<'m, 'r> {
         let mut choices = 1;
         let (mut far, mut crowded) = (0.0, 0.0);
         let noise = &self.motion.noise;
-        // Of several looks, a rest has the median.
-        let looks = |rest: &Rest| (std::f64::consts::FRAC_PI_2 / rest.seen as f64).min(1.0);
         // In units of the variance of one look.
-        let mut seen = looks(own);
+        let mut seen = self.motion.looks(own);
         if frame > 0 {
             let (track, of) = self.reference(rest, frame)?;
             choices = of;
@@ -313,7 +313,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             let there = &self.motion.rests[begin].pose;
             far = there.distance(&own.pose);
             // Not the error by the angle of the reference, which grows with distance: it would speak for what is far.
-            seen += looks(&self.motion.rests[begin]);
+            seen += self.motion.looks(&self.motion.rests[begin]);
             crowded = f64::from(self.is_crowded(rest, far));
             // What was put beside something that moves belongs to it less than what was put onto it.
             if let Some(up) = self.up.filter(|_| self.moves[frame - 1]) {

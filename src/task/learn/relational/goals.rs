@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use super::motion::Motion;
 use super::operators::scene;
 use super::states::{States, least_support};
-use crate::task::domain::{GoalTerm, Origin, Place, Quantity, RelationalOperator, Situation};
+use crate::task::domain::{
+    Frame, FrameState, GoalTerm, Origin, Place, Quantity, RelationalOperator, Situation,
+};
 use crate::task::learn::NoGoal;
 
 /// Share of the demonstrations that have to end with a term fulfilled.
@@ -30,6 +32,9 @@ struct Ends<'m, 'r> {
     unknown: Vec<Vec<usize>>,
 }
 
+/// Distance from a reference up to which a part that was there once was put into or onto it, in metres.
+const ONTO_M: f64 = 0.2;
+
 /// How many demonstrations fulfil a term.
 #[derive(Debug, Clone, Copy, Default)]
 struct Held {
@@ -39,13 +44,22 @@ struct Held {
     may: usize,
 }
 
-/// Returns the terms of the goal, in the order in which they were completed. Returns also the states that hold at the end
-/// of these demonstrations and that no action achieves.
+/// The goal of the demonstrations, and what is no part of it.
+pub(super) struct Goals {
+    /// The terms, in the order in which they were completed.
+    pub terms: Vec<GoalTerm>,
+    /// The states that hold at the end of nearly all demonstrations and that no action achieves.
+    pub unachieved: Vec<usize>,
+    /// Of kinds that are in no term, the states in which objects were left in most demonstrations, each with the number of these.
+    pub missed: Vec<(usize, usize)>,
+}
+
+/// Returns the goal.
 pub(super) fn goals(
     motion: &Motion<'_>,
     found: &States,
     operators: &[RelationalOperator],
-) -> (Vec<GoalTerm>, Vec<usize>) {
+) -> Goals {
     let achieved: BTreeSet<usize> =
         operators.iter().flat_map(RelationalOperator::achieves).collect();
     let end = |d: usize| Some((d, scene(motion, found, d, motion.last(d)?)));
@@ -110,7 +124,8 @@ pub(super) fn goals(
             (term.reference, term.held) = (Some(within), held);
         }
     }
-    (terms.into_iter().map(|(_, term)| term).collect(), unachieved)
+    let missed = ends.missed(&achieved, terms.iter().map(|(_, term)| term));
+    Goals { terms: terms.into_iter().map(|(_, term)| term).collect(), unachieved, missed }
 }
 
 /// Returns why there is no goal.
@@ -230,7 +245,8 @@ impl Ends<'_, '_> {
     }
 
     /// Returns the term that every object of a state's kind is in the state, if the kind is missing from some demonstrations and
-    /// all the others end so: what is not always there is put where it belongs when it is.
+    /// all the others end so: what is not always there is put where it belongs when it is. What was there once and was put into or
+    /// onto something belongs there; elsewhere it may have been in the way.
     fn quantity_where_present(&self, state: usize) -> Option<(Quantity, usize, usize)> {
         let kind = &self.found.states[state].kind;
         let (mut of, mut held, mut gained) = (0, 0, 0);
@@ -241,7 +257,12 @@ impl Ends<'_, '_> {
             held += usize::from(present > 0 && count >= present);
             gained += usize::from(count > 0 && self.counts(state, *d).any(|was| was < count));
         }
-        let least = least_support(self.last.len()).max(2);
+        let FrameState { frame, places, .. } = &self.found.states[state];
+        let near = |place: &Place| {
+            place.pose().position.iter().map(|v| v * v).sum::<f64>() < ONTO_M * ONTO_M
+        };
+        let beside = *frame != Frame::World && places.iter().all(near);
+        let least = if beside { 1 } else { least_support(self.last.len()).max(2) };
         let optional = of < self.last.len() && of >= least;
         (optional && held.min(gained) >= enough(of)).then_some((Quantity::EachObject, held, of))
     }
@@ -295,14 +316,38 @@ impl Ends<'_, '_> {
         Some((Quantity::AtLeast(least), held))
     }
 
-    /// Returns the mean share of the demonstration after which the state reached its final count.
+    /// Returns the states of [`Goals::missed`].
+    fn missed<'t>(
+        &self,
+        achieved: &BTreeSet<usize>,
+        terms: impl Iterator<Item = &'t GoalTerm>,
+    ) -> Vec<(usize, usize)> {
+        let states = &self.found.states;
+        let kinds: BTreeSet<&str> = terms.map(|term| &*states[term.state].kind).collect();
+        let missed = achieved.iter().filter(|s| {
+            let FrameState { kind, origin, .. } = &states[**s];
+            *origin == Origin::Placed && !kinds.contains(&**kind) && !self.alternatives.contains(s)
+        });
+        let missed = missed.map(|state| {
+            let held = self.last.iter().filter(|(d, end)| {
+                let count = end.iter().flatten().filter(|fact| fact.state == *state).count();
+                self.counts(*state, *d).next().is_some_and(|was| was < count)
+            });
+            (*state, held.count())
+        });
+        missed.filter(|(_, held)| 2 * held > self.last.len()).collect()
+    }
+
+    /// Returns the mean share of the demonstration after which the state reached its final count, of those that end in it.
     fn completed(&self, state: usize) -> f64 {
-        let shares = self.last.iter().map(|(d, _)| {
+        let shares = self.last.iter().filter_map(|(d, _)| {
             let counts: Vec<usize> = self.counts(state, *d).collect();
             let last = counts.len() - 1;
             let lacked = counts.iter().rposition(|count| *count < counts[last]);
-            lacked.map_or(0, |at| at + 1) as f64 / last.max(1) as f64
+            let share = lacked.map_or(0, |at| at + 1) as f64 / last.max(1) as f64;
+            (counts[last] > 0).then_some(share)
         });
-        shares.sum::<f64>() / self.last.len().max(1) as f64
+        let shares: Vec<f64> = shares.collect();
+        shares.iter().sum::<f64>() / shares.len().max(1) as f64
     }
 }

@@ -6,7 +6,7 @@
 //! width of a range has a log-uniform prior. All of these integrate out. The likelihood of a coordinate is the weighted
 //! mean of all five. Orientations are treated alike: free, tight about one axis, or tight.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use statrs::function::gamma::ln_gamma;
 
 use super::motion::Noise;
@@ -27,6 +27,11 @@ const RANGE_M: f64 = 2e-2;
 const UNEVEN: f64 = -4.0;
 /// Ratio of a variance to that of noise up to which it may be noise. Of few values, the variance is uncertain.
 const NOISE: f64 = 5.0;
+/// Numbers of sides from which objects may look alike, and of poses from which this is seen.
+const SIDES: [f64; 4] = [2.0, 3.0, 4.0, 6.0];
+const SYMMETRIC: usize = 3;
+/// Evidence for such sides up to which they may be chance, in nats: few angles nearly fit some number of sides.
+const BY_CHANCE: f64 = 3.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
@@ -87,17 +92,21 @@ pub(super) struct Sums {
     pub explained_rad: f64,
 }
 
+/// Returns the share of the variances of `n` poses that noise may explain in their squares.
+fn explained_share(n: usize) -> f64 {
+    NOISE * n.saturating_sub(1) as f64 / n as f64
+}
+
 impl Sums {
     /// Leaves out the scatter of `n` poses that noise may explain. What was seen with noise scatters more in the frame of
     /// something that was seen with noise, too, which says nothing about where it belongs.
     pub fn without_noise(&self, n: usize) -> Self {
-        let share = NOISE * n.saturating_sub(1) as f64 / n as f64;
-        let explained = share * self.noise;
+        let explained = explained_share(n) * self.noise;
         let position = self.position.map(|spread| Spread {
             square: spread.square - explained.min(spread.squares(n)),
             ..spread
         });
-        Self { position, explained_rad: share * self.noise_rad, ..self.clone() }
+        Self { position, explained_rad: explained_share(n) * self.noise_rad, ..self.clone() }
     }
 
     pub fn add(&self, other: &Self) -> Self {
@@ -227,6 +236,43 @@ impl Likelihood {
             total += self.orientation(n, sums);
         }
         total
+    }
+
+    /// Returns by how much likelier orientations are if objects that look alike from several sides were put down in any of these ways:
+    /// turned by parts of a full turn about one of their axes. `sums` are the sums of the poses.
+    pub fn symmetric(&self, turns: &[Matrix3<f64>], sums: &Sums) -> f64 {
+        let n = turns.len();
+        if n < SYMMETRIC {
+            return 0.0;
+        }
+        let explained = explained_share(n) * sums.noise_rad;
+        let squares = about(n, &sums.turn);
+        let axis = (0..3).min_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(2);
+        let mean = sums.turn.column(axis).normalize();
+        let aside = if mean.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
+        let aside = (aside - mean * mean.dot(&aside)).normalize();
+        let ahead = mean.cross(&aside);
+        let angle = |turn: &Matrix3<f64>| {
+            let side = turn.column((axis + 1) % 3);
+            side.dot(&ahead).atan2(side.dot(&aside))
+        };
+        let tilt = (squares[axis] - 2.0 * explained).max(0.0);
+        let direction = self.tight(n, tilt / 2.0, DIRECTION_EXTENT, self.scale_rad);
+        let direction = 2.0 * (direction + n as f64 * DIRECTION_EXTENT.ln());
+        // What lies face up or face down has no such axis, but its sides are all horizontal.
+        if direction <= 0.0 {
+            return 0.0;
+        }
+        let folded = SIDES.iter().map(|sides| {
+            let sum = |of: fn(f64) -> f64| turns.iter().map(|t| of(sides * angle(t))).sum::<f64>();
+            let spread = 2.0 * (n as f64 - sum(f64::cos).hypot(sum(f64::sin))) / (sides * sides);
+            let extent = std::f64::consts::TAU / sides;
+            let around = self.tight(n, (spread - explained).max(0.0), extent, self.scale_rad);
+            direction + around + n as f64 * extent.ln()
+        });
+        let [free, axis, full] = self.turn(n, &sums.turn, explained);
+        let best = folded.fold(f64::NEG_INFINITY, f64::max) - (3.0 * SIDES.len() as f64).ln();
+        (best - BY_CHANCE - log_add(log_add(free, axis), full)).max(0.0)
     }
 
     /// Log marginal likelihood of `n` orientations, relative to uniform ones.

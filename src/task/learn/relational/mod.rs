@@ -5,6 +5,7 @@ mod cluster;
 mod following;
 mod frames;
 mod goals;
+mod level;
 mod likelihood;
 mod models;
 mod motion;
@@ -65,6 +66,7 @@ pub(super) fn learn(
             "no object moved; expected at least one object to move by 1 mm or more"
         }));
     }
+    let level = level::level(&mut motion);
     let mut found = states::find(&motion);
     let mut shifted = Vec::new();
     while shifted.len() < MOST_SHIFTED
@@ -79,7 +81,8 @@ pub(super) fn learn(
     let fixed = |kind: &str| found.fixed.iter().any(|own| own == kind);
     let marks = landmarks(recording, fixed);
     let words = name_all(&mut found.states, &mut built.operators, &marks);
-    let (goals, unachieved) = goals::goals(&motion, &found, &built.operators);
+    let goals::Goals { terms: goals, unachieved, missed } =
+        goals::goals(&motion, &found, &built.operators);
     let no_goal = goals.is_empty().then(|| goals::lacking(&motion, &found, &built.operators));
     let unachieved: Vec<String> =
         unachieved.into_iter().map(|state| found.states[state].name.clone()).collect();
@@ -97,6 +100,7 @@ pub(super) fn learn(
         goals,
         noise_m: motion.noise.position_m,
         noise_rad: motion.noise.angle_rad,
+        level,
         provenance: settings.provenance(recording),
         sub_kinds: Vec::new(),
         words,
@@ -110,6 +114,11 @@ pub(super) fn learn(
         Remark::DemonstrationsDiffer { kind: own, reference, demos, off_m }
     }));
     remarks.extend(found.moved_by_others.into_iter().map(|kind| Remark::MovedByOthers { kind }));
+    let missed = missed.into_iter().filter(|_| no_goal.is_none());
+    remarks.extend(missed.map(|(state, held)| {
+        let (kind, state) = (domain.states[state].kind.clone(), domain.states[state].name.clone());
+        Remark::NotInGoal { kind, state, held, of: recording.demos.len() }
+    }));
     remarks.extend(no_goal.map(Remark::NoGoal));
     remarks.extend(remark::alike(&domain));
     let (outliers, unsure_frames) = (motion.outliers, Vec::new());

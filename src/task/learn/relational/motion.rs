@@ -65,7 +65,7 @@ pub(super) struct Motion<'r> {
     /// Whether some object is missing from a snapshot and seen again later.
     pub flickers: bool,
     /// The kinds that nothing ever moved.
-    landmarks: BTreeSet<Arc<str>>,
+    pub landmarks: BTreeSet<Arc<str>>,
     /// A kind that nobody handled and whose poses differ from look to look, with the usual difference in metres.
     pub views: Option<(String, f64)>,
 }
@@ -291,6 +291,11 @@ impl<'r> Motion<'r> {
             let stays = self.landmarks.contains(&self.tracks[demo][track].kind);
             (again || stays || last - until <= MOMENT).then_some(before)
         })
+    }
+
+    /// Returns the variance of the pose of a rest in units of that of one look: it is the median of several.
+    pub fn looks(&self, rest: &Rest) -> f64 {
+        (std::f64::consts::FRAC_PI_2 / rest.seen as f64).min(1.0)
     }
 
     pub fn kind(&self, rest: &Rest) -> &str {

@@ -21,6 +21,8 @@ pub(super) const NUDGED: f64 = 0.1;
 /// was meant.
 const MEANT: usize = 3;
 const ONE_WAY: f64 = 0.25;
+/// Greatest ratio of the squared distance of what is found in a heap from what it lies on to that of their heights.
+const HEAPED: f64 = 1.1;
 /// Evidence for several places in a broad cluster, in nats.
 const PLACES: f64 = 1.0;
 /// Evidence for tight places in which poses coincide, in nats.
@@ -185,7 +187,8 @@ fn coincidences(
 }
 
 impl Frames<'_, '_> {
-    /// Returns the kinds of the parts that an object lies on: they were put there, and are more above or below it than aside.
+    /// Returns the kinds of the parts that an object lies on: they were put there, and are more above or below it than aside. What was
+    /// found on something was found in a heap, right above it, and what is below stays there.
     pub fn lies_on(&self, rest: usize) -> BTreeSet<usize> {
         let (motion, mut on) = (self.motion, BTreeSet::new());
         let Some(up) = self.up else { return on };
@@ -196,7 +199,13 @@ impl Frames<'_, '_> {
             let Some(there) = below.map(|there| &motion.rests[there]) else { continue };
             let far = there.pose.distance(&own.pose);
             let high = (there.pose.position[up] - own.pose.position[up]).abs();
-            if there.came != Came::Found && 2.0 * high * high > far * far {
+            let heaped = there.came == Came::Found && own.came == Came::Found;
+            let stays = || !self.leaves(rest, kind + 1);
+            let upon = match heaped {
+                true => HEAPED * high * high > far * far && stays(),
+                false => there.came != Came::Found && 2.0 * high * high > far * far,
+            };
+            if upon {
                 on.insert(kind);
             }
         }
@@ -297,7 +306,7 @@ impl Frames<'_, '_> {
     }
 
     /// Returns whether the positions of a cluster agree as those of careful placing do.
-    fn is_tight(&self, group: &Group, likelihood: &Likelihood) -> bool {
+    pub fn is_tight(&self, group: &Group, likelihood: &Likelihood) -> bool {
         let sums = group.rests.iter().map(|rest| self.sums(*rest, group.frame));
         let sums: Option<Vec<Sums>> = sums.collect();
         let extent = self.extent_in(group.frame);

@@ -2,11 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::Matrix3;
+
 use super::cluster::{Clustering, FramePrior, Item, near};
 use super::frames::Frames;
 use super::likelihood::{Likelihood, Spread, Sums};
 use super::motion::{Came, Motion, Rest};
 use super::places::{Group, is_scattered, told_apart};
+use crate::robot::Pose;
 use crate::task::domain::{Fact, FrameState};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +40,8 @@ const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 
 const FAR_AREA: f64 = 1.5;
 /// Number of found objects up to which they show no area.
 const FEW_FOUND: usize = 2;
+/// Number of found objects up to which a place of some of them may be chance.
+const FEW_LYING: usize = 4;
 /// Distance below which an attempt left its object in place, in metres.
 const IN_PLACE_M: f64 = 5e-3;
 /// Share of a kind's attempts that may end in the cluster in which they began before orientation counts.
@@ -107,6 +112,10 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
     out
 }
 
+fn turned(pose: Pose) -> Matrix3<f64> {
+    *pose.rotation().to_rotation_matrix().matrix()
+}
+
 impl Frames<'_, '_> {
     /// Clusters the rests of a kind.
     fn groups(&self, kind: usize) -> (Vec<Group>, bool) {
@@ -150,8 +159,9 @@ impl Frames<'_, '_> {
             let clustering = Clustering { likelihood, ..problem };
             let mut clusters = clustering.run();
             let scored = clusters.iter_mut().map(|c| {
-                let (frame, scores) = clustering.frame(c.members.len(), &c.frames, true);
-                c.frame = frame;
+                let (_, mut scores) = clustering.frame(c.members.len(), &c.frames, true);
+                let own: Vec<usize> = c.members.iter().map(|m| rests[*m]).collect();
+                c.frame = self.favour_symmetric(likelihood, &own, &c.frames, &mut scores);
                 scores
             });
             let scores: Vec<Vec<f64>> = scored.collect();
@@ -189,6 +199,7 @@ impl Frames<'_, '_> {
                 stacked: false,
             }
         });
+        let groups = self.lying_about(groups.collect(), &likelihood).into_iter();
         let clustering = Clustering { likelihood: &likelihood, ..problem };
         let frame = |own: &[usize], turns: bool| {
             let members: Vec<usize> = own.iter().map(|rest| place[rest]).collect();
@@ -197,7 +208,64 @@ impl Frames<'_, '_> {
         let groups = groups.map(|group| self.without_far_areas(group, &likelihood)).collect();
         let split = self.split_all(groups, &likelihood).into_iter();
         let split = split.flat_map(|places| self.unstacked(places, frame)).collect();
-        (split, likelihood.turns)
+        (self.in_heaps(split, frame), likelihood.turns)
+    }
+
+    /// Makes one area of the places in which objects of a kind were found, if each was found at a place of its own, or if they are few
+    /// and no place is tight: they lay about.
+    fn lying_about(&self, groups: Vec<Group>, likelihood: &Likelihood) -> Vec<Group> {
+        let is_found = |group: &Group| {
+            group.rests.iter().all(|rest| self.motion.rests[*rest].came == Came::Found)
+        };
+        let found = || groups.iter().filter(|group| is_found(group));
+        let few = found().map(|group| group.rests.len()).sum::<usize>() <= FEW_LYING;
+        let alone = |group: &Group| {
+            group.rests.len() == 1 || (few && group.frame == 0 && !self.is_tight(group, likelihood))
+        };
+        if found().count() < 2 || !found().all(alone) {
+            return groups;
+        }
+        let mut out: Vec<Group> = Vec::new();
+        let mut area: Option<usize> = None;
+        for group in groups {
+            match area.filter(|_| is_found(&group)) {
+                Some(at) => {
+                    let whole = &mut out[at];
+                    whole.rests.extend(group.rests);
+                    whole.scores.iter_mut().zip(group.scores).for_each(|(a, b)| *a += b);
+                    whole.evidence += group.evidence;
+                    whole.frame = 0;
+                }
+                None => {
+                    area = area.or(is_found(&group).then_some(out.len()));
+                    out.push(group);
+                }
+            }
+        }
+        out
+    }
+
+    /// Adds to the posterior of each frame what speaks for it if the objects look alike from several sides: a lid that is put onto its box
+    /// either way round does not belong to what lies in the box. Returns the best frame.
+    fn favour_symmetric(
+        &self,
+        likelihood: &Likelihood,
+        rests: &[usize],
+        sums: &[Option<Sums>],
+        scores: &mut [f64],
+    ) -> usize {
+        let mut best = 0;
+        for (frame, sums) in sums.iter().enumerate() {
+            let Some(sums) = sums else { continue };
+            let turns = rests.iter().map(|rest| self.pose(*rest, frame).map(turned));
+            if let Some(turns) = turns.collect::<Option<Vec<Matrix3<f64>>>>() {
+                scores[frame] += likelihood.symmetric(&turns, sums);
+            }
+            if scores[frame] > scores[best] + 1e-9 {
+                best = frame;
+            }
+        }
+        best
     }
 
     /// Gives a cluster of found objects another frame if they lie all over an area far from the reference: where things lie about by
@@ -285,6 +353,43 @@ impl Frames<'_, '_> {
             }
         }
         out
+    }
+
+    /// Joins what lies on parts of one kind in one way, whether it was found so or put so, and at any height of the heap. `of` is that
+    /// of [`unstacked`](Self::unstacked).
+    fn in_heaps(
+        &self,
+        mut groups: Vec<Group>,
+        of: impl Fn(&[usize], bool) -> (usize, Vec<f64>),
+    ) -> Vec<Group> {
+        let mut first = 0;
+        while first < groups.len() {
+            let heap = &groups[first];
+            let (frame, own) = (heap.frame, heap.scores[heap.frame]);
+            let joins = |other: &usize| {
+                let group = &groups[*other];
+                let upon =
+                    || group.rests.iter().all(|rest| self.lies_on(*rest).contains(&(frame - 1)));
+                if !heap.stacked || *other == first || !(group.frame == frame || upon()) {
+                    return None;
+                }
+                let both = [&heap.rests[..], &group.rests[..]].concat();
+                let (common, scores) = of(&both, true);
+                let alone = of(&group.rests, true).1[group.frame];
+                (common == frame && scores[frame] > own + alone).then_some((both, scores))
+            };
+            let joined = (0..groups.len()).find_map(|other| Some((other, joins(&other)?)));
+            match joined {
+                Some((other, (rests, scores))) => {
+                    let evidence = groups[first].evidence + groups[other].evidence;
+                    groups[first] = Group { rests, scores, evidence, frame, stacked: true };
+                    groups.remove(other);
+                    first -= usize::from(other < first);
+                }
+                None => first += 1,
+            }
+        }
+        groups
     }
 
     /// Returns whether objects were found in all of these rests and some were then moved on purpose. What was shown once is
