@@ -55,7 +55,7 @@ fn a_saturation_that_exact_maths_has_not_is_counted_by_layer() {
     for plan in [lif(), rate()] {
         let [choice, products] = &looks(&plan, 1.5, 2.4)[..] else { panic!("two layers") };
         // Half the sums are 1.5, 0.1 and 1.5, half the differences 0. The radius of a choice is its level and 0.7.
-        assert_eq!((products.path.as_str(), choice.path.as_str()), ("all.products", "all.choice"));
+        assert_eq!((products.path.as_str(), choice.path.as_str()), ("all/products", "all/choice"));
         assert_eq!((products.looked, products.beyond, products.radius), (60, 20, 1.0));
         assert!((products.greatest - 1.5).abs() < 1e-6, "{products}");
         assert!((choice.radius - 1.2).abs() < 1e-6, "{choice}");
@@ -65,7 +65,7 @@ fn a_saturation_that_exact_maths_has_not_is_counted_by_layer() {
         let said = products.to_string();
         assert_eq!(
             said,
-            "all.products: 33.3% of the values lie beyond the radius of 1, the greatest 1.5 times as far"
+            "all/products: 33.3% of the values lie beyond the radius of 1, the greatest 1.5 times as far"
         );
     }
     let within = looks(&lif(), 1.1, 1.0);

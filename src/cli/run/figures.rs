@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
+use symbolt::neurons::LayerSaturation;
 use symbolt::report::{Filmed, RunFacts, RunWords};
 use symbolt::sim::Seed;
 use symbolt::study::Tally;
@@ -19,7 +20,7 @@ use super::folder::FILES;
 use crate::cli::learn::tables;
 use crate::cli::options::METHODS;
 use crate::cli::output::keys;
-use crate::cli::table::{Grid, counted, unbroken, wrapped};
+use crate::cli::table::{Grid, counted, note, unbroken, wrapped};
 
 /// The results of a run, and the wall-clock times that it took.
 pub(crate) struct Figures<'r> {
@@ -38,6 +39,8 @@ pub(crate) struct Figures<'r> {
     pub words: RunWords,
     /// Number of interventions that were made, if there was a log of them.
     pub interventions: Option<usize>,
+    /// Layers of the recorded episode that saturated in neurons and not in exact maths.
+    pub saturated: Vec<LayerSaturation>,
 }
 
 impl Figures<'_> {
@@ -108,6 +111,10 @@ impl Figures<'_> {
             let words = self.words.of_symbol(action);
             json!({"action": action, "words": words, "outcome": outcome, "times": times})
         });
+        let saturated = self.saturated.iter();
+        let saturated = saturated.map(|layer| {
+            json!({"layer": layer.path, "share": layer.share(), "greatest": layer.greatest})
+        });
         let method = METHODS.iter().find(|(_, method)| *method == args.method);
         let mut all = keys(json!({
             "episodes": tally.episodes,
@@ -139,6 +146,7 @@ impl Figures<'_> {
             "mode": args.planner.mode,
             "method": method.map(|(name, _)| name),
             "failures": failures.collect::<Vec<_>>(),
+            "saturated": saturated.collect::<Vec<_>>(),
             "demonstrations": self.shown.recording.demos.len(),
             "demonstrations_assembled": self.shown.solved,
             "states": self.learned.domain.states.len(),
@@ -229,6 +237,10 @@ impl Figures<'_> {
             };
             let line = format!("Episode {number} failed: {}{advice}.", self.reason(*index));
             let _ = writeln!(text, "{}", wrapped(&line, 2));
+        }
+        for layer in &self.saturated {
+            let _ =
+                writeln!(text, "{}", wrapped(&note(&format!("neurons saturate in {layer}")), 2));
         }
         let files = FILES.map(|f| unbroken(&folder.join(f).display().to_string()));
         let _ = writeln!(text, "{}", wrapped(&format!("Wrote {}", files.join(", ")), 6));

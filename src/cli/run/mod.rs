@@ -122,6 +122,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
         least,
         words,
         interventions,
+        saturated: activity.saturated().cloned().collect(),
     };
     let also = also_filmed(&episodes, recorded);
     let seeds = also.iter().map(|episode| {

@@ -9,6 +9,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::neurons::{LayerSaturation, Saturation};
 use crate::record::RowFiles;
 use crate::sim::{EventSource, Note, Real, SimView};
 use crate::task::event::{Doing, Event, Observer};
@@ -16,6 +17,10 @@ use crate::task::planner::{Decider, Shows};
 
 /// Ticks between two samples: while the graph decides, and while the robot moves.
 const PERIODS: [u64; 2] = [2, 40];
+/// Ticks between two looks for neurons that saturate while the graph decides.
+const LOOK: u64 = 10;
+/// Share of values beyond the radius from which a layer is said to saturate.
+const SATURATED: f64 = 0.01;
 /// Greatest number of neurons of one population in the raster.
 const ROWS: usize = 12;
 /// Greatest number of spikes kept for one episode, 16 bytes each.
@@ -54,6 +59,7 @@ pub struct ActivityRecorder {
     raster: Vec<RasterRows>,
     /// Simulated time in seconds, and row of the neuron.
     spikes: Vec<(f64, u32)>,
+    saturation: Saturation,
 }
 
 impl ActivityRecorder {
@@ -73,7 +79,7 @@ impl ActivityRecorder {
         });
         let (modules, raster) = (modules.collect(), raster.collect());
         let planner = Some(planner);
-        Self { planner, times_s: Vec::new(), modules, raster, spikes: Vec::new() }
+        Self { planner, modules, raster, ..Self::default() }
     }
 
     fn sample(&mut self, view: &SimView<'_>, doing: Doing<'_>) {
@@ -90,6 +96,9 @@ impl ActivityRecorder {
                     row += 1;
                 }
             }
+        }
+        if deciding && view.tick().is_multiple_of(LOOK) {
+            self.saturation.look(view);
         }
         let [often, seldom] = PERIODS;
         if !view.tick().is_multiple_of(if deciding { often } else { seldom }) {
@@ -129,6 +138,12 @@ impl ActivityRecorder {
             self.raster.iter().any(|rows| within(&rows.path))
         });
         notes
+    }
+
+    /// Returns the layers that were to represent values beyond their radius during decisions, in more than one of a hundred
+    /// cases, where exact maths has no such limit.
+    pub fn saturated(&self) -> impl Iterator<Item = &LayerSaturation> {
+        self.saturation.layers().filter(|layer| layer.share() > SATURATED)
     }
 
     /// Returns every recorded spike: simulated time in seconds, and row of the neuron, counted over all
