@@ -221,9 +221,17 @@ impl<'m, 'r> Frames<'m, 'r> {
             let there = &self.motion.rests[index];
             choices[handled(there)] += 1;
             let far = there.pose.distance(&own.pose);
-            let left = self.motion.index_at(own.demo, t, own.last).is_some_and(|end| end != index);
-            if nearest.is_none_or(|(gone, least, _)| (left, far) < (gone, least)) {
-                nearest = Some((left, far, t));
+            // Asked of few candidates only: it is a search.
+            let taken = || {
+                let end = self.motion.index_at(own.demo, t, own.last);
+                end.is_some_and(|end| end != index)
+            };
+            let is_better = nearest.is_none_or(|(was_taken, least, _)| match far < least {
+                true => was_taken || !taken(),
+                false => was_taken && !taken(),
+            });
+            if is_better {
+                nearest = Some((taken(), far, t));
             }
         }
         // What was put somewhere is not mistaken for what lies about.
