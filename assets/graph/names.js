@@ -1,6 +1,7 @@
 // Names for people: what a module was called in words, or else in its path, without the parts that the engine adds inside it.
 
-// Parts of paths that modules of a kind have inside. A plot or a row leaves those of `INNER` out; a drawing of what is inside shows all.
+// Parts of paths that modules of a kind have inside, never at the top. A plot or a row leaves those of `INNER` out; a drawing of what is
+// inside shows all.
 const PARTS = {
   analog: "neurons",
   back: "inverse transform",
@@ -35,7 +36,7 @@ const isRoute = (path) => /^to\.[^/]*$/.test(path);
 function partOf(path) {
   const last = path.slice(path.lastIndexOf("/") + 1);
   if (NOTES[path]) return NOTES[path].name;
-  if (!last.startsWith("to.")) return Object.hasOwn(PARTS, last) ? PARTS[last] : last;
+  if (!last.startsWith("to.")) return last !== path && Object.hasOwn(PARTS, last) ? PARTS[last] : last;
   const target = last.slice(3).split(".");
   const known = target.map((_, i) => NOTES[target.slice(0, i + 1).join("/")]).findLast(Boolean);
   return `to ${known?.name ?? target.join(" ")}`;

@@ -94,6 +94,7 @@ const FIGURES = {
   off_place: "steps whose part is not where it was to go",
   decision_ms: "time of a decision, simulated ms",
   interventions: "interventions made while the recorded episode ran",
+  saturated: "layers whose neurons saturate where exact maths does not",
   slip_mm: "largest slip in the gripper, mm",
 };
 

@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use super::layers::Populated;
 use crate::sim::{Real, SimView};
 
-/// Share of the radius from which a value counts as beyond it. Nearer values cross it by their noise, and what is decoded
-/// still follows them.
+/// Share of the radius from which a value counts as beyond it.
 const BEYOND: f64 = 1.2;
 
 /// How often the ensembles of each layer were to represent values beyond their radius.
 ///
-/// Only layers whose exact form has no such limit are counted: products, and selections and the memories made of them.
+/// Only layers whose exact form has no such limit are counted: products, graded selections, and selections by a contest, whose neurons cannot
+/// tell apart utilities beyond the radius; with them memories. A value counts from a fifth beyond the radius: what is nearer crosses it by noise, and
+/// what is decoded still follows it.
 /// [`Represent`](super::Represent), [`Map`](super::Map) and [`Ensemble`](super::Ensemble) are limited in every mode. A layer in
 /// exact maths has no ensembles and is not counted.
 ///
@@ -63,8 +64,8 @@ impl std::fmt::Display for LayerSaturation {
         let (percent, greatest) = (100.0 * self.share(), self.greatest);
         write!(
             f,
-            "{}: {percent:.1}% of the values lie beyond the radius of {}, the greatest {greatest:.1} times as far",
-            self.path, self.radius
+            "{}: {percent:.1}% of the values lie a fifth or more beyond the radius of {}, the greatest {greatest:.1} times as far",
+            self.path, self.radius as Real
         )
     }
 }
@@ -89,8 +90,8 @@ impl Saturation {
             }
             let Some(found) = layers.get_mut(part.path) else { return };
             for value in values.chunks_exact(layer.dims()) {
-                let square: Real = value.iter().map(|x| x * x).sum();
-                let share = f64::from(square.sqrt()) / found.radius;
+                let square: f64 = value.iter().map(|x| f64::from(*x).powi(2)).sum();
+                let share = square.sqrt() / found.radius;
                 found.looked += 1;
                 found.beyond += u64::from(share >= BEYOND);
                 found.greatest = found.greatest.max(share);

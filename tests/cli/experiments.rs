@@ -342,7 +342,7 @@ fn a_folder_that_cannot_be_written_is_reported() {
     let place = folder();
     std::fs::write(place.path().join("taken"), "a file").expect("written");
     let output = symbolt(place.path(), &whole("taken"));
-    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(said(&output).contains("taken"), "{}", said(&output));
 }
 

@@ -94,6 +94,11 @@ fn every_key_of_files_and_json_is_listed_and_no_other() {
     fs::write(folder.join("scene.json"), recording.lines().next().expect("a line"))
         .expect("written");
     let learn = run("learn demos.jsonl --out domain.json --json --quiet");
+    let noisy = "record --kinematic --demos 6 --pose-noise 1,1 --out noisy.jsonl --json --quiet";
+    assert_eq!(run(noisy).len(), 1);
+    run("learn noisy.jsonl --out level.json --json --quiet");
+    let domains = values(&[file("domain.json"), file("level.json")].concat());
+    assert!(!domains[1]["level"].is_null(), "fixtures stand level");
     let both = |command: &str| {
         let mut all = run(command);
         all.extend(run(&format!("{command} --planner chain")));
@@ -108,7 +113,7 @@ fn every_key_of_files_and_json_is_listed_and_no_other() {
     let mut wrong = Vec::new();
     for (heading, values) in [
         ("## Recordings and scenes", values(&recording)),
-        ("## Domains", values(&file("domain.json"))),
+        ("## Domains", domains),
         ("### `symbolt learn`", learn),
         ("### `symbolt classify`", run("classify domain.json scene.json --json --quiet")),
         ("### `symbolt actions`", run("actions domain.json --scene scene.json --json --quiet")),
@@ -129,6 +134,8 @@ fn every_key_of_files_and_json_is_listed_and_no_other() {
         ("record", recorded),
         ("record", run("record --demos 1 --out one.jsonl --json --quiet")),
         ("check", run("check demos.jsonl --json --quiet")),
+        ("check", run("check domain.json --json --quiet")),
+        ("check", run("check scene.json --json --quiet")),
         ("pddl", run("pddl domain.json --scene scene.json --out pddl --json --quiet")),
         ("rename", run("rename domain.json NUT_AT_START=LYING --json --quiet")),
         ("report", run("report out --json --quiet")),

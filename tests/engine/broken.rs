@@ -79,3 +79,33 @@ fn encoded_values_keep_the_sign_of_gains_and_do_not_count_the_length_of_encoders
         assert!((a - b).abs() <= 1e-3 * a.abs(), "{a} {b}");
     }
 }
+
+#[test]
+fn names_for_people_that_cannot_be_shown_are_refused_with_the_path() {
+    let refused = |path: &str, name: &str, meaning: &str| {
+        let mut graph = GraphBuilder::new();
+        graph.add("one", Constant::scalar(1.0));
+        graph.describe(path, name, meaning);
+        graph.start(&PopulationPlan::direct(), Seed::new(1)).err().map(|error| error.to_string())
+    };
+    assert_eq!(refused("one", "the unit", "Is always 1."), None);
+    for (path, name, meaning, said) in [
+        ("oen", "the unit", "", "`oen`: is described and not there; the nearest are: one"),
+        ("one", " ", "", "`one`: its name for people is empty"),
+        (
+            "one",
+            "a\u{1b}[31m",
+            "",
+            "`one`: its name for people or its meaning has control characters",
+        ),
+        (
+            "one",
+            "a",
+            "\u{202e}",
+            "`one`: its name for people or its meaning has control characters",
+        ),
+    ] {
+        let error = refused(path, name, meaning).expect("refused");
+        assert!(error.contains(said), "{error}");
+    }
+}

@@ -11,6 +11,8 @@ use symbolt::sim::{
     SimDuration, SimView, Simulator, Synapse, Timebase, Vector,
 };
 
+use symbolt::spa::Selection;
+
 use crate::things::{lif, rate};
 
 /// Three products, a choice of two and a represented vector of three.
@@ -65,7 +67,7 @@ fn a_saturation_that_exact_maths_has_not_is_counted_by_layer() {
         let said = products.to_string();
         assert_eq!(
             said,
-            "all/products: 33.3% of the values lie beyond the radius of 1, the greatest 1.5 times as far"
+            "all/products: 33.3% of the values lie a fifth or more beyond the radius of 1, the greatest 1.5 times as far"
         );
     }
     let within = looks(&lif(), 1.1, 1.0);
@@ -73,4 +75,26 @@ fn a_saturation_that_exact_maths_has_not_is_counted_by_layer() {
     assert!(within.iter().all(|layer| layer.looked > 0 && layer.beyond == 0), "{within:?}");
     let exact = looks(&PopulationPlan::all(Population::Direct), 1.5, 2.4);
     assert_eq!(exact, [], "exact maths has no ensembles");
+}
+
+/// What is counted of a choice by a rule, for utilities of 5 and 0.
+fn counted_of(rule: SelectRule) -> usize {
+    let mut graph = GraphBuilder::new();
+    let utilities = graph.add("utilities", Constant::vector(&[5.0, 0.0]));
+    let choice = graph.add("choice", Selection::new(2, rule));
+    graph.connect(&utilities, &choice.utilities, Synapse::None);
+    let mut sim = graph.start(&lif(), Seed::new(3)).expect("starts");
+    sim.run_for(SimDuration::from_millis(10)).expect("runs");
+    let mut saturation = Saturation::default();
+    saturation.look(&SimView::of(&sim));
+    saturation.layers().filter(|layer| layer.beyond == 1).count()
+}
+
+#[test]
+fn choices_whose_exact_form_is_limited_too_are_not_counted() {
+    let (level, tau) = (0.5, SimDuration::from_millis(100));
+    assert_eq!(counted_of(SelectRule::Threshold { level }), 0);
+    assert_eq!(counted_of(SelectRule::IndependentAccumulators { level, tau }), 0);
+    assert_eq!(counted_of(SelectRule::Graded { level }), 1);
+    assert_eq!(counted_of(SelectRule::WinnerTakeAll { level }), 1);
 }

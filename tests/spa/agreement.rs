@@ -462,8 +462,8 @@ fn cases() -> Vec<Case> {
 const WITHOUT: [(&str, &str); 8] = [
     (
         "any, beyond its range",
-        "products, selections and memories saturate in neurons where exact maths goes on, and `Saturation` counts how \
-         often; populations, maps, ensembles and basal ganglia saturate in every mode",
+        "products, graded selections and contests saturate in neurons where exact maths goes on, and `Saturation` counts \
+         how often; populations, maps, ensembles and basal ganglia saturate in every mode",
     ),
     ("`Oscillator`, turning", "the phase of spiking neurons drifts; the radius is bounded above"),
     (

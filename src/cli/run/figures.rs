@@ -20,7 +20,7 @@ use super::folder::FILES;
 use crate::cli::learn::tables;
 use crate::cli::options::METHODS;
 use crate::cli::output::keys;
-use crate::cli::table::{Grid, counted, note, unbroken, wrapped};
+use crate::cli::table::{Grid, counted, unbroken, wrapped};
 
 /// The results of a run, and the wall-clock times that it took.
 pub(crate) struct Figures<'r> {
@@ -238,13 +238,22 @@ impl Figures<'_> {
             let line = format!("Episode {number} failed: {}{advice}.", self.reason(*index));
             let _ = writeln!(text, "{}", wrapped(&line, 2));
         }
-        for layer in &self.saturated {
-            let _ =
-                writeln!(text, "{}", wrapped(&note(&format!("neurons saturate in {layer}")), 2));
+        if let Some((number, worst)) = self.worst_saturated() {
+            let line = format!(
+                "Neurons saturate in {} where exact maths does not (`saturated` in run.json). Most in {worst}.",
+                counted(number, "layer"),
+            );
+            let _ = writeln!(text, "{}", wrapped(&line, 2));
         }
         let files = FILES.map(|f| unbroken(&folder.join(f).display().to_string()));
         let _ = writeln!(text, "{}", wrapped(&format!("Wrote {}", files.join(", ")), 6));
         text
+    }
+
+    /// Returns how many layers saturated, and the one that did so most often.
+    fn worst_saturated(&self) -> Option<(usize, &LayerSaturation)> {
+        let worst = self.saturated.iter().max_by(|a, b| a.share().total_cmp(&b.share()))?;
+        Some((self.saturated.len(), worst))
     }
 
     /// Returns whether the episodes are too few for an interval that says much.

@@ -317,8 +317,13 @@ impl Circuit for Choice {
         self.rule.fingerprint(hash);
     }
 
-    /// Utilities below 0 silence their neurons, and exact maths chooses none of them either.
+    /// A graded choice hands utilities on, and a contest compares them. Those below 0 silence their neurons, and exact maths chooses
+    /// none of them either.
     fn unlimited(&self, items: &Items<'_>, inputs: Inputs<'_>, values: &mut Vec<Real>) {
+        let graded = matches!(self.rule, SelectRule::Graded { .. });
+        if !graded && !matches!(self.rivalry, Rivalry::Contest { .. }) {
+            return;
+        }
         let own = inputs.get(0)[items.range()].iter().zip(&inputs.get(1)[items.range()]);
         values.extend(own.map(|(utility, inhibit)| left(*utility, *inhibit).max(0.0)));
     }

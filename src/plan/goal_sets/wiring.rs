@@ -133,7 +133,7 @@ impl<'a, 's> Wiring<'a, 's> {
     /// Says what the module of this name is, as the table of words does.
     pub fn describe(&mut self, name: &str) {
         if let Some([name_in_words, meaning]) = words::of(name) {
-            self.scope.describe(name, &name_in_words, &meaning);
+            self.scope.describe_if_there(name, &name_in_words, &meaning);
         }
     }
 

@@ -45,6 +45,11 @@ const WORDS: &[[&str; 3]] = &[
         "Active when the search has come back to an earlier state.",
     ],
     [
+        "anew",
+        "new relaxed plan",
+        "Active when the search is back in an earlier state while all actions are tried: a new relaxed plan is made.",
+    ],
+    [
         "wide",
         "all actions tried",
         "Active while actions outside the relaxed plan are tried as well.",
@@ -108,7 +113,7 @@ const WORDS: &[[&str; 3]] = &[
     [
         "costs",
         "cost of each fact",
-        "How far each fact is from what holds now: the more steps, the higher.",
+        "How many steps each fact is away, from what holds now or from the planned state.",
     ],
     ["cost", "cost, summed", "The cost of each fact as one number."],
     [
@@ -120,8 +125,8 @@ const WORDS: &[[&str; 3]] = &[
     ["supports", "first ways to a fact", "For each fact, the actions that reach it first."],
     [
         "later",
-        "later ways to a fact",
-        "The actions that reach a fact at the same time as a better one.",
+        "further ways to a fact",
+        "The actions that reach a fact at the same time as another one, which counts.",
     ],
     ["support_rows", "first ways, summed", "The first ways to a fact, summed in rows."],
     [
@@ -225,8 +230,8 @@ const WORDS: &[[&str; 3]] = &[
     ["slot_before", "place before", "The place in memory from which the present one was reached."],
     [
         "child",
-        "set after the winner",
-        "The goal set before the winner, or the state after it, as it is written to memory.",
+        "new set",
+        "The goal set before the winner in the search backward, the state after it in the search forward, as it is written to memory.",
     ],
     ["write", "write to memory", "The place in memory that is written to."],
     [
@@ -260,7 +265,7 @@ const WORDS: &[[&str; 3]] = &[
     [
         "missing",
         "difference from memory",
-        "How much each place in memory differs from the set after the winner.",
+        "How much each place in memory differs from the new set.",
     ],
     ["kin", "steps from here", "The places in memory that were reached from the present one."],
     ["marks", "places in use", "The places in memory that are written."],
@@ -276,7 +281,11 @@ const WORDS: &[[&str; 3]] = &[
     ["tried", "actions tried before", "The actions that were tried at the present step."],
     ["leave_slot", "give the place up", "The present place, when it turns out to be a dead end."],
     ["dead", "dead ends", "The places in memory from which no action leads on."],
-    ["left", "places left", "The places in memory that are no dead ends."],
+    [
+        "left",
+        "places left",
+        "The places in memory in use that are no dead ends, but for the present one.",
+    ],
     ["left_rows", "places left, summed", "The places left, summed in rows."],
     ["retreat", "place to go back to", "The latest place in memory that is no dead end."],
     ["path", "steps of the plan", "The places in memory that lead to the goal."],

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::graph::Graph;
 use super::layout::{self, Checked, CheckedNode};
 use crate::sim::describe::builder::GraphBuilder;
-use crate::sim::describe::draft::{Body, Draft, Edge, NodeDraft};
+use crate::sim::describe::draft::{Body, Draft, Edge, NodeDraft, Note};
 use crate::sim::describe::filter::Filter;
 use crate::sim::describe::fingerprint::Fingerprint;
 use crate::sim::describe::kind::Shape;
@@ -19,6 +19,7 @@ use crate::sim::describe::synapse::Synapse;
 use crate::sim::error::{BuildError, BuildErrors};
 use crate::sim::seed::Seed;
 use crate::sim::time::Timebase;
+use crate::sim::words::{is_plain, nearest_first};
 
 impl GraphBuilder {
     /// Checks the description, turns each requested layer into a node as `plan` says, and returns the
@@ -124,6 +125,9 @@ fn freeze(
         }
         nodes.push(CheckedNode { path: node.path, body, ports, world });
     }
+    let mut notes = draft.notes;
+    check_notes(&notes, &draft.described, &nodes, &mut faults);
+    notes.retain(|path, _| nodes.iter().any(|node| is_within(&node.path, path)));
     let order = emit_order(&nodes, &draft.edges, &mut faults);
     if !faults.is_empty() {
         // A layer states some of its faults twice: as a node, and when it is lowered.
@@ -141,7 +145,7 @@ fn freeze(
         edges: draft.edges,
         probes: draft.probes,
         spike_probes: draft.spike_probes,
-        notes: draft.notes,
+        notes,
         ranks: plan.ranks().cloned(),
         order,
         time,
@@ -398,6 +402,34 @@ fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
             let reason = format!("its filter has {wrong}");
             faults.push(BuildError::BadProbe { port, reason });
         }
+    }
+}
+
+/// Returns whether a node is the module at `path`, or inside it.
+fn is_within(node: &str, path: &str) -> bool {
+    node.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+}
+
+/// Checks that modules with names for people are there, and that these can be shown.
+fn check_notes(
+    notes: &BTreeMap<String, Note>,
+    described: &BTreeSet<String>,
+    nodes: &[CheckedNode],
+    faults: &mut Vec<BuildError>,
+) {
+    for (path, note) in notes {
+        let there = || nodes.iter().any(|node| is_within(&node.path, path));
+        let reason = if note.name.trim().is_empty() {
+            "its name for people is empty".to_owned()
+        } else if !is_plain(&note.name) || !is_plain(&note.meaning) {
+            "its name for people or its meaning has control characters".to_owned()
+        } else if described.contains(path) && !there() {
+            let paths = nodes.iter().map(|node| &*node.path);
+            format!("is described and not there; the nearest are: {}", nearest_first(path, paths))
+        } else {
+            continue;
+        };
+        faults.push(BuildError::Refused { node: path.clone(), reason });
     }
 }
 

@@ -339,7 +339,8 @@ impl Scope<'_> {
     }
 
     /// Says what the module or node at `path` inside this scope is called for people, and what it does, in a sentence. Pages
-    /// show this name; scripts keep to the path. An empty `path` is the scope itself. The last description of a path counts.
+    /// show this name; scripts keep to the path. An empty `path` is the scope itself. The last description of a path counts. An empty
+    /// name, control characters, and a path that no module has when the graph is built are faults.
     ///
     /// ```
     /// use symbolt::prelude::*;
@@ -352,10 +353,17 @@ impl Scope<'_> {
     /// # Ok::<(), symbolt::sim::SimError>(())
     /// ```
     pub fn describe(&mut self, path: &str, name: &str, meaning: &str) {
+        let path = self.describe_if_there(path, name, meaning);
+        self.builder.draft.described.insert(path);
+    }
+
+    /// As [`describe`](Self::describe), for a module that may not be there. Returns its path.
+    pub(crate) fn describe_if_there(&mut self, path: &str, name: &str, meaning: &str) -> String {
         let parts = [&*self.path, path].into_iter().filter(|part| !part.is_empty());
         let path = parts.collect::<Vec<_>>().join("/");
         let note = Note { name: name.into(), meaning: meaning.into() };
-        self.builder.draft.notes.insert(path, note);
+        self.builder.draft.notes.insert(path.clone(), note);
+        path
     }
 
     /// Reports that the module cannot be built as described. `build` returns `reason` with the path of this scope.

@@ -1,6 +1,6 @@
 //! A graph's description as plain data. The builder fills the description; `check` and `layout` turn it into a graph.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::panic::Location;
 use std::sync::Arc;
 
@@ -31,6 +31,8 @@ pub(crate) struct Draft {
     pub probes: Vec<ProbeDraft>,
     /// What paths are called for people.
     pub notes: BTreeMap<String, Note>,
+    /// The paths among them that have to be there.
+    pub described: BTreeSet<String>,
     /// Layers whose spikes are recorded, by node index.
     pub spike_probes: Vec<usize>,
     pub faults: Vec<BuildError>,

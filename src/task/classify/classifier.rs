@@ -127,8 +127,8 @@ const BEYOND: (f64, f64) = (0.25, 20.0);
 const GAP: f64 = 5.0;
 /// Movement below which an object keeps its state, in metres and radians.
 const STILL: (f64, f64) = (5e-4, 0.01);
-/// Greatest tilt that is noise, in its standard deviations about one axis.
-const TILTED: f64 = 5.0;
+/// Greatest tilt that is noise, in its standard deviations about one axis: noise alone exceeds it in 1.1% of looks.
+const TILTED: f64 = 3.0;
 /// Difference of log densities below which two references are equally near.
 const EQUAL: f64 = 0.05;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::motion::Motion;
+use super::motion::{Came, Motion, vertical, widths};
 use super::operators::scene;
 use super::states::{States, least_support};
 use crate::task::domain::{
@@ -32,8 +32,8 @@ struct Ends<'m, 'r> {
     unknown: Vec<Vec<usize>>,
 }
 
-/// Distance from a reference up to which a part that was there once was put into or onto it, in metres.
-const ONTO_M: f64 = 0.2;
+/// Distance from the middle of a reference, aside, up to which a part that was there once was put into or onto it, in metres.
+const ONTO_M: f64 = 0.04;
 
 /// How many demonstrations fulfil a term.
 #[derive(Debug, Clone, Copy, Default)]
@@ -258,11 +258,14 @@ impl Ends<'_, '_> {
             gained += usize::from(count > 0 && self.counts(state, *d).any(|was| was < count));
         }
         let FrameState { frame, places, .. } = &self.found.states[state];
-        let near = |place: &Place| {
-            place.pose().position.iter().map(|v| v * v).sum::<f64>() < ONTO_M * ONTO_M
+        let begun = self.motion.rests.iter().filter(|rest| rest.came == Came::Found);
+        let up = vertical(widths(begun.map(|rest| rest.pose.position)));
+        let aside = |place: &Place| {
+            let at = place.pose().position;
+            (0..3).filter(|axis| Some(*axis) != up).map(|axis| at[axis] * at[axis]).sum::<f64>()
         };
-        let beside = *frame != Frame::World && places.iter().all(near);
-        let least = if beside { 1 } else { least_support(self.last.len()).max(2) };
+        let onto = *frame != Frame::World && places.iter().all(|p| aside(p) < ONTO_M * ONTO_M);
+        let least = if onto { 1 } else { least_support(self.last.len()).max(2) };
         let optional = of < self.last.len() && of >= least;
         (optional && held.min(gained) >= enough(of)).then_some((Quantity::EachObject, held, of))
     }

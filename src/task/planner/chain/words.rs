@@ -88,5 +88,7 @@ const WORDS: &[[&str; 3]] = &[
 
 /// Describes all of them.
 pub(super) fn describe(scope: &mut Scope<'_>) {
-    WORDS.iter().for_each(|[path, name, meaning]| scope.describe(path, name, meaning));
+    for [path, name, meaning] in WORDS {
+        scope.describe_if_there(path, name, meaning);
+    }
 }
