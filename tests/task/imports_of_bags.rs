@@ -690,7 +690,9 @@ fn a_million_poses_are_read_in_ten_seconds() {
             .collect();
         messages.push(message(TF.0, TF.1, t, transforms(t, &edges)));
     }
+    let began = Instant::now();
     let bytes = bag(Packing::Zstd, &messages);
+    let packed = began.elapsed();
     drop(messages);
     let began = Instant::now();
     let mut streams = Streams::new(Mapping::unknown());
@@ -700,6 +702,7 @@ fn a_million_poses_are_read_in_ten_seconds() {
     assert_eq!(found.rows, 1_000_000);
     let memory = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = memory.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default().to_owned();
-    println!("{} bytes in {read:?}, {peak}", bytes.len());
-    assert!(read < Duration::from_secs(10), "{read:?}");
+    println!("{} bytes packed in {packed:?} and read in {read:?}, {peak}", bytes.len());
+    // Beside other programs both take longer. A reader slower than linear takes minutes.
+    assert!(read < Duration::from_secs(10) + 20 * packed, "{read:?} {packed:?}");
 }
