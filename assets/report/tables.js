@@ -84,7 +84,15 @@ const FIGURES = {
   false_goals: "goals wrongly taken as met",
   unclaimed: "solved, but not taken as met",
   unsolved: "neither solved nor taken as met",
-  recoveries: "what the robot did after failed steps",
+  picks: "grasps",
+  drops: "parts that fell from the gripper",
+  lost: "parts that fell off the table",
+  physics_steps: "steps of the physics",
+  method: "way of learning",
+  demonstrations_assembled: "demonstrations that solved the task",
+  states: "learned states",
+  operators: "learned actions",
+  recoveries: "how the robot went on when something was wrong",
   replans: "re-plans after a failed step",
   replans_after: "steps that failed",
   strays: "parts that ended up in no state",
@@ -122,6 +130,11 @@ function figuresTable(summary) {
       const steps = value.map(({ episode, decision, words, ...where }) => `episode ${episode + 1}, decision ${decision + 1} (${words}): ${landedInWords({ words: where.landed, ...where })}`);
       return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
     }
+    if (name === "saturated" && Array.isArray(value)) {
+      const layers = value.map(({ layer, share, greatest }) => `${nameOf(layer)}: ${(100 * share).toFixed(0)}% of its values, up to ${greatest.toFixed(1)} times the radius`);
+      return [FIGURES[name], layers.length ? layers.join("; ") : "none"];
+    }
+    if (name === "method") return [FIGURES[name], value === "paper" ? "as the paper does, in the world" : "in the frames of objects"];
     if (name === "interval95" && Array.isArray(value)) return [`share solved, 95% interval${rough}`, value.map((v) => `${(100 * v).toFixed(1)}%`).join(" to ")];
     return [FIGURES[name] ?? name.replaceAll("_", " "), inWords(value)];
   });
