@@ -19,6 +19,7 @@ const BEYOND: f64 = 1.2;
 /// ```
 /// # use symbolt::prelude::*;
 /// # use symbolt::neurons::Saturation;
+/// # use symbolt::sim::{SimError, SimView};
 /// # fn watch(sim: &mut Simulator) -> Result<(), SimError> {
 /// let mut saturation = Saturation::default();
 /// for _ in 0..20 {
