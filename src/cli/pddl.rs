@@ -55,7 +55,6 @@ pub(crate) fn pddl(args: &PddlArgs) -> Result<Outcome, Error> {
     let name = name.unwrap_or_else(|| "learned".into());
     let (written, warnings) = write(args, &domain, &scene, &name)?;
     drop(progress);
-    warnings.iter().for_each(|warning| warn(warning));
     let overwrite = overwrite(args.force);
     let texts = [written.domain.to_string(), written.problem.to_string()];
     let folder = ResultFolder::open(&args.out)?;
@@ -89,23 +88,29 @@ fn write(
     name: &str,
 ) -> Result<(Written, Vec<String>), Error> {
     let goals = wanted(domain, args.goal.as_deref())?;
-    let mut warnings = fewer(domain, scene, &goals);
+    // Each is told at once: what follows may fail.
+    let mut warnings = Vec::new();
+    let mut tell = |warning: String| {
+        warn(&warning);
+        warnings.push(warning);
+    };
+    fewer(domain, scene, &goals).into_iter().for_each(&mut tell);
     let layout = look(&args.grounding, domain, scene)?;
     let now = layout.situation();
     let problem = Problem::with_goals(domain, &layout, goals).map_err(TaskError::from)?;
     let mut dropped: Vec<(usize, usize)> = Vec::new();
     if problem.lacking(&now) == 0 {
         // There may be no action towards a goal that is met.
-        warnings.push("the goal is met in this scene: its plan is empty".into());
+        tell("the goal is met in this scene: its plan is empty".into());
     } else {
         let ground = problem.ground(&now).map_err(TaskError::from)?;
         dropped.extend(ground.dropped());
     }
-    warnings.extend(dropped.iter().map(|(operator, need)| {
+    for (operator, need) in &dropped {
         let operator = &domain.operators[*operator];
         let need = domain.need_in_words(operator, &operator.needs[*need]);
-        format!("{} does without `{need}`, which is undecided", operator.name)
-    }));
+        tell(format!("{} does without `{need}`, which is undecided", operator.name));
+    }
     let written = of_relational(&problem, &dropped, &now, name)?;
     Ok((written, warnings))
 }

@@ -13,7 +13,7 @@ use super::layers::Populated;
 use super::models::NeuronModel;
 use super::solve::{Points, Special, rates};
 use super::tuning::TuningError;
-use crate::sim::{Graph, nearest_first};
+use crate::sim::{Graph, is_inside, nearest_first};
 
 /// What the ensembles of a bank were made from. Neurons and points are drawn again when they are asked for.
 pub(crate) struct Origin {
@@ -109,10 +109,8 @@ impl<'g> BuiltLayer<'g> {
     /// [`ReadBackError::Layer`] if there is none, several, or it is in direct mode.
     pub fn of(graph: &'g Graph, path: &str) -> Result<Self, ReadBackError> {
         let all = || Self::all(graph);
-        let below =
-            |other: &str| other.strip_prefix(path).is_some_and(|rest| rest.starts_with('/'));
         let exact = all().find(|layer| layer.path == path);
-        let mut inside = all().filter(|layer| below(layer.path));
+        let mut inside = all().filter(|layer| is_inside(layer.path, path));
         let only = inside.next().filter(|_| inside.next().is_none());
         exact.or(only).ok_or_else(|| ReadBackError::Layer {
             asked: path.into(),

@@ -105,6 +105,7 @@ mod describe;
 mod error;
 mod live;
 mod nodes;
+mod path;
 mod place;
 mod real;
 mod run;
@@ -144,6 +145,7 @@ pub use nodes::{
     Add, Apply, Constant, Interpolation, Noise, NoiseDistribution, Signal, Stimulus, WhiteNoise,
     WhiteSignal,
 };
+pub(crate) use path::{is_inside, is_within};
 #[cfg(feature = "mpi")]
 pub use place::ends::Failure;
 #[cfg(feature = "mpi")]

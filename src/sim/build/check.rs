@@ -17,6 +17,7 @@ use crate::sim::describe::port::{InputDecl, OutputDecl, PortDecl, StateSpec, is_
 use crate::sim::describe::probe_spec::Capacity;
 use crate::sim::describe::synapse::Synapse;
 use crate::sim::error::{BuildError, BuildErrors};
+use crate::sim::path::is_within;
 use crate::sim::seed::Seed;
 use crate::sim::time::Timebase;
 use crate::sim::words::{is_plain, nearest_first};
@@ -291,8 +292,7 @@ fn space_name(shape: &Shape) -> String {
 fn is_visible(port: &str, of: &str) -> bool {
     let scope = |name: &str| name.rfind('/').unwrap_or(0);
     let (outer, inner) = (&port[..scope(port)], &of[..scope(of)]);
-    outer.is_empty()
-        || inner.strip_prefix(outer).is_some_and(|r| r.is_empty() || r.starts_with('/'))
+    outer.is_empty() || is_within(inner, outer)
 }
 
 /// Greatest number of fitting ports in a fault. In a graph of thousands of nodes, thousands fit.
@@ -403,11 +403,6 @@ fn check_probes(draft: &Draft, time: Timebase, faults: &mut Vec<BuildError>) {
             faults.push(BuildError::BadProbe { port, reason });
         }
     }
-}
-
-/// Returns whether a node is the module at `path`, or inside it.
-fn is_within(node: &str, path: &str) -> bool {
-    node.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
 /// Checks that modules with names for people are there, and that these can be shown.

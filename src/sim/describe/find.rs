@@ -6,6 +6,7 @@ use std::cmp::Reverse;
 use super::draft::{Body, NodeDraft};
 use super::kind::Kind;
 use crate::sim::error::BuildError;
+use crate::sim::path::is_inside;
 use crate::sim::words::{apart, nearest};
 
 /// Finds the output of kind `K` with a name that [`probe_at`](crate::sim::GraphBuilder::probe_at) accepts: indices of node and
@@ -47,9 +48,7 @@ pub(in crate::sim) fn layer(nodes: &[NodeDraft], path: &str) -> Result<usize, Bu
     if let Some(index) = nodes.iter().position(|node| node.path == path && fires(node)) {
         return Ok(index);
     }
-    let within = |node: &NodeDraft| {
-        node.path.strip_prefix(path).is_some_and(|rest| rest.starts_with('/')) && fires(node)
-    };
+    let within = |node: &NodeDraft| is_inside(&node.path, path) && fires(node);
     let mut inside = (0..nodes.len()).filter(|index| within(&nodes[*index]));
     if let (Some(index), None) = (inside.next(), inside.next()) {
         return Ok(index);

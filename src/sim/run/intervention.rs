@@ -8,6 +8,7 @@ use crate::sim::build::graph::Graph;
 use crate::sim::describe::handle::{Out, PortRef};
 use crate::sim::describe::kind::Kind;
 use crate::sim::error::list;
+use crate::sim::path::is_within;
 use crate::sim::real::Real;
 use crate::sim::words::{cut, nearest};
 
@@ -184,10 +185,7 @@ impl Graph {
 
     /// Returns the nodes at or below a path.
     fn nodes_at(&self, path: &str) -> Vec<usize> {
-        let below = |own: &str| {
-            own.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
-        };
-        (0..self.nodes.len()).filter(|node| below(&self.nodes[*node].path)).collect()
+        (0..self.nodes.len()).filter(|node| is_within(&self.nodes[*node].path, path)).collect()
     }
 
     pub(crate) fn output_at(&self, name: &str) -> Result<(usize, usize), InterventionError> {

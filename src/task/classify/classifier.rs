@@ -11,7 +11,7 @@ use super::tolerance::{
 use crate::robot::Pose;
 use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use crate::task::domain::{
-    Coordinate, Fact, Frame, FrameState, Origin, Place, RelationalDomain, Turn, levelled, relative,
+    Coordinate, Fact, Frame, FrameState, Origin, Place, RelationalDomain, Turn, relative,
 };
 use crate::task::error::TaskError;
 use crate::task::recording::{ObjectPose, Snapshot};
@@ -101,14 +101,14 @@ impl ClassifierRule {
 /// ([`FrameState::turn_matters`]).
 #[derive(Debug, Clone)]
 pub struct Classifier {
-    states: Vec<FrameState>,
+    pub(super) states: Vec<FrameState>,
     noise_m: f64,
-    noise_rad: f64,
+    pub(super) noise_rad: f64,
     /// Kinds of fixtures that stand level, with the side that is up.
-    level: BTreeMap<String, [f64; 3]>,
+    pub(super) level: BTreeMap<String, [f64; 3]>,
     rule: ClassifierRule,
     /// The vertical coordinate of the world frame, if some state shows it.
-    up: Option<usize>,
+    pub(super) up: Option<usize>,
     priors: Directions,
     /// For each state, place and coordinate, the difference from the nearest place that differs in this coordinate alone, in
     /// metres.
@@ -127,8 +127,6 @@ const BEYOND: (f64, f64) = (0.25, 20.0);
 const GAP: f64 = 5.0;
 /// Movement below which an object keeps its state, in metres and radians.
 const STILL: (f64, f64) = (5e-4, 0.01);
-/// Greatest tilt that is noise, in its standard deviations about one axis: noise alone exceeds it in 1.1% of looks.
-const TILTED: f64 = 3.0;
 /// Difference of log densities below which two references are equally near.
 const EQUAL: f64 = 0.05;
 
@@ -185,73 +183,6 @@ impl Classifier {
             Some(scene) => Layout { located: locate(&scene), objects: scene.objects },
             None => Layout { objects: scene.objects.clone(), located },
         }
-    }
-
-    /// Returns the scene with the fixtures level that stood level in every demonstration, unless they are tilted more than noise
-    /// explains; `None` if there are none. A tilt would move all that stands high on them.
-    fn levelled(&self, scene: &Snapshot) -> Option<Snapshot> {
-        let up = self.up.filter(|_| !self.level.is_empty())?;
-        let up = Vector3::ith(up, 1.0);
-        let mut scene = scene.clone();
-        for object in &mut scene.objects {
-            let Some(side) = self.level.get(&*object.kind) else { continue };
-            let side = Vector3::from(*side);
-            if (object.pose.rotation() * side).angle(&up) <= TILTED * self.noise_rad {
-                object.pose = levelled(&object.pose, &side, &up);
-            }
-        }
-        Some(scene)
-    }
-
-    /// Returns the scene in which references that lie upside down are turned over, and those that are tilted within the noise stand as
-    /// they did in the demonstrations; `None` if there are none. A placed object may lie either way up along its constrained axis,
-    /// but what is put onto it goes to its upper side.
-    fn righted(&self, scene: &Snapshot, located: &[Located]) -> Option<Snapshot> {
-        let carries = |kind: &str| {
-            self.states.iter().any(|s| matches!(&s.frame, Frame::Kind(own) if **own == *kind))
-        };
-        let mut over = Vec::new();
-        for (index, (object, located)) in scene.objects.iter().zip(located).enumerate() {
-            let Some(fact) = located.fact.filter(|_| carries(&object.kind)) else { continue };
-            let state = &self.states[fact.state];
-            let mean = state.places[fact.place].pose().rotation();
-            let mean = match fact.reference {
-                Some(reference) => scene.objects[reference].pose.rotation() * mean,
-                None => mean,
-            };
-            let (axis, sd) = match (state.turn, self.up) {
-                (Turn::Axis { axis, sd }, _) => (Vector3::from(axis), sd),
-                (Turn::Full { sd }, Some(up)) => (mean.inverse() * Vector3::ith(up, 1.0), sd),
-                _ => continue,
-            };
-            let (shown, seen) = (mean * axis, object.pose.rotation() * axis);
-            let tilt = shown.angle(&seen);
-            let stands =
-                fact.reference.is_none_or(|r| self.level.contains_key(&*scene.objects[r].kind));
-            if stands && sd <= self.noise_rad && tilt <= TILTED * self.noise_rad {
-                let level = levelled(&object.pose, &axis, &shown);
-                over.push((index, level.orientation));
-            }
-            let either_way = matches!(state.turn, Turn::Axis { .. })
-                && state.origin == Origin::Placed
-                && !state.turn_matters;
-            if !either_way || shown.dot(&seen) >= 0.0 {
-                continue;
-            }
-            let aside = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
-            let about = nalgebra::Unit::new_normalize(axis.cross(&aside));
-            let half = nalgebra::UnitQuaternion::from_axis_angle(&about, std::f64::consts::PI);
-            let turned = (object.pose.rotation() * half).into_inner().coords;
-            over.push((index, [turned.x, turned.y, turned.z, turned.w]));
-        }
-        if over.is_empty() {
-            return None;
-        }
-        let mut scene = scene.clone();
-        for (index, orientation) in over {
-            scene.objects[index].pose.orientation = orientation;
-        }
-        Some(scene)
     }
 
     /// Finds the state of every object, as [`classify`](Self::classify) does. An object keeps the state that it had in

@@ -5,6 +5,7 @@
 mod classifier;
 mod layout;
 mod tolerance;
+mod upright;
 
 pub use classifier::{Classifier, ClassifierRule};
 pub use layout::{Layout, Located, Miss};

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use crate::neurons::{LayerSaturation, Saturation};
 use crate::record::RowFiles;
-use crate::sim::{EventSource, Note, Real, SimView};
+use crate::sim::{EventSource, Note, Real, SimView, is_within};
 use crate::task::event::{Doing, Event, Observer};
 use crate::task::planner::{Decider, Shows};
 
@@ -131,12 +131,7 @@ impl ActivityRecorder {
     pub fn notes(&self) -> BTreeMap<String, Note> {
         let Some(planner) = &self.planner else { return BTreeMap::new() };
         let mut notes = planner.graph().outline().notes;
-        notes.retain(|path, _| {
-            let within = |own: &str| {
-                own.strip_prefix(&**path).is_some_and(|r| r.is_empty() || r.starts_with('/'))
-            };
-            self.raster.iter().any(|rows| within(&rows.path))
-        });
+        notes.retain(|path, _| self.raster.iter().any(|rows| is_within(&rows.path, path)));
         notes
     }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::likelihood::{Spread, Sums};
-use super::motion::{Came, Motion, Rest, vertical, widths};
+use super::motion::{Came, Motion, Rest, widths};
 use super::places::NUDGED;
 use crate::robot::Pose;
 use crate::task::domain::relative;
@@ -60,13 +60,9 @@ impl<'m, 'r> Frames<'m, 'r> {
         let often = (demos / 2).max(2).min(demos);
         let kinds: Vec<Arc<str>> = names.keys().cloned().collect();
         let moves = names.iter().map(|(k, by)| handled.contains(k) || by.len() >= often).collect();
-        // The width of the scene, or of what was found alone.
-        let width = |found: bool| {
-            let rests = motion.rests.iter().filter(|r| !found || r.came == Came::Found);
-            widths(rests.map(|r| r.pose.position))
-        };
-        let extent = width(false).map(|w| (1.1 * w).max(SMALLEST_M));
-        let up = vertical(width(true));
+        let scene = widths(motion.rests.iter().map(|rest| rest.pose.position));
+        let extent = scene.map(|w| (1.1 * w).max(SMALLEST_M));
+        let up = motion.up();
         let mut frames = Self {
             motion,
             kinds,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::motion::{Came, Motion, vertical, widths};
+use super::motion::Motion;
 use super::operators::scene;
 use super::states::{States, least_support};
 use crate::task::domain::{
@@ -30,6 +30,8 @@ struct Ends<'m, 'r> {
     alternatives: BTreeSet<usize>,
     /// For each of the demonstrations, the tracks of which nobody knows where they are at its end.
     unknown: Vec<Vec<usize>>,
+    /// The vertical coordinate, if somebody knows it.
+    up: Option<usize>,
 }
 
 /// Distance from the middle of a reference, aside, up to which a part that was there once was put into or onto it, in metres.
@@ -76,7 +78,8 @@ pub(super) fn goals(
     let needs = operators.iter().flat_map(|operator| &operator.needs);
     let either = needs.filter(|need| !need.or.is_empty()).flat_map(|need| need.states());
     let alternatives = either.collect();
-    let ends = Ends { motion, found, last, enough, alternatives, unknown };
+    let up = motion.up();
+    let ends = Ends { motion, found, last, enough, alternatives, unknown, up };
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
     let mut unachieved = Vec::new();
     for state in 0..found.states.len() {
@@ -258,11 +261,12 @@ impl Ends<'_, '_> {
             gained += usize::from(count > 0 && self.counts(state, *d).any(|was| was < count));
         }
         let FrameState { frame, places, .. } = &self.found.states[state];
-        let begun = self.motion.rests.iter().filter(|rest| rest.came == Came::Found);
-        let up = vertical(widths(begun.map(|rest| rest.pose.position)));
         let aside = |place: &Place| {
             let at = place.pose().position;
-            (0..3).filter(|axis| Some(*axis) != up).map(|axis| at[axis] * at[axis]).sum::<f64>()
+            (0..3)
+                .filter(|axis| Some(*axis) != self.up)
+                .map(|axis| at[axis] * at[axis])
+                .sum::<f64>()
         };
         let onto = *frame != Frame::World && places.iter().all(|p| aside(p) < ONTO_M * ONTO_M);
         let least = if onto { 1 } else { least_support(self.last.len()).max(2) };

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::motion::{Came, Motion, vertical, widths};
+use super::motion::Motion;
 use crate::task::domain::levelled;
 
 /// Noise of the orientations, in radians, up to which a tilt is what it seems.
@@ -19,9 +19,7 @@ const PLAY_RAD: f64 = 3e-3;
 /// the rests of these kinds poses without the tilt, which is noise. Nothing is returned if orientations are free of noise, or if
 /// nobody knows what is up.
 pub(super) fn level(motion: &mut Motion<'_>) -> BTreeMap<String, [f64; 3]> {
-    let found = motion.rests.iter().filter(|r| r.came == Came::Found);
-    let up = vertical(widths(found.map(|r| r.pose.position)));
-    let Some(up) = up.filter(|_| motion.noise.angle_rad > EXACT_RAD) else {
+    let Some(up) = motion.up().filter(|_| motion.noise.angle_rad > EXACT_RAD) else {
         return BTreeMap::new();
     };
     let up = Vector3::ith(up, 1.0);

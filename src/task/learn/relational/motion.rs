@@ -293,6 +293,12 @@ impl<'r> Motion<'r> {
         })
     }
 
+    /// Returns the vertical coordinate, if things were found all over a table.
+    pub fn up(&self) -> Option<usize> {
+        let found = self.rests.iter().filter(|rest| rest.came == Came::Found);
+        vertical(widths(found.map(|rest| rest.pose.position)))
+    }
+
     /// Returns the variance of the pose of a rest in units of that of one look: it is the median of several.
     pub fn looks(&self, rest: &Rest) -> f64 {
         (std::f64::consts::FRAC_PI_2 / rest.seen as f64).min(1.0)
