@@ -87,6 +87,11 @@ pub(super) fn angle(a: &Pose, b: &Pose) -> f64 {
     rotation_between(a, b).iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
+/// Least angle by which things are turned against each other, in radians, least cosine of its axis and a coordinate, and least number
+/// of things that are.
+const TURNED_BY: f64 = 0.2;
+const ABOUT: f64 = 0.98;
+const TURNS: usize = 5;
 /// Least ratio of the width of a table to the differences in height on it.
 const FLAT: f64 = 4.0;
 
@@ -293,10 +298,29 @@ impl<'r> Motion<'r> {
         })
     }
 
-    /// Returns the vertical coordinate, if things were found all over a table.
+    /// Returns the vertical coordinate, if things were found all over a table. Where they stand in a row, a table seems to stand on its
+    /// edge: the coordinate about which they are turned decides.
     pub fn up(&self) -> Option<usize> {
         let found = self.rests.iter().filter(|rest| rest.came == Came::Found);
-        vertical(widths(found.map(|rest| rest.pose.position)))
+        let flat = vertical(widths(found.map(|rest| rest.pose.position)))?;
+        Some(self.turned_about().unwrap_or(flat))
+    }
+
+    /// Returns the coordinate about which the things of each kind that were found are turned against each other; `None` if they are not,
+    /// or not all about one.
+    fn turned_about(&self) -> Option<usize> {
+        let mut first: BTreeMap<&str, Pose> = BTreeMap::new();
+        let (mut about, mut turned) = ([0; 3], 0);
+        for rest in self.rests.iter().filter(|rest| rest.came == Came::Found) {
+            let turn =
+                rotation_between(first.entry(self.kind(rest)).or_insert(rest.pose), &rest.pose);
+            let angle = turn.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if angle >= TURNED_BY {
+                turned += 1;
+                (0..3).for_each(|i| about[i] += usize::from(turn[i].abs() > ABOUT * angle));
+            }
+        }
+        (0..3).find(|i| turned >= TURNS && 10 * about[*i] >= 9 * turned)
     }
 
     /// Returns the variance of the pose of a rest in units of that of one look: it is the median of several.

@@ -366,17 +366,23 @@ impl Frames<'_, '_> {
         while first < groups.len() {
             let heap = &groups[first];
             let (frame, own) = (heap.frame, heap.scores[heap.frame]);
+            let upon = |group: &Group| {
+                frame > 0
+                    && group.rests.iter().all(|rest| self.lies_on(*rest).contains(&(frame - 1)))
+            };
             let joins = |other: &usize| {
                 let group = &groups[*other];
-                let upon =
-                    || group.rests.iter().all(|rest| self.lies_on(*rest).contains(&(frame - 1)));
-                if !heap.stacked || *other == first || !(group.frame == frame || upon()) {
+                let (alike, on) = (group.frame == frame, upon(group));
+                // Nobody puts a part so near to where it was found: it is one way to lie there.
+                let same = || alike && on && upon(heap) && self.is_near(heap, group);
+                if *other == first || !(heap.stacked && (alike || on) || same()) {
                     return None;
                 }
                 let both = [&heap.rests[..], &group.rests[..]].concat();
                 let (common, scores) = of(&both, true);
                 let alone = of(&group.rests, true).1[group.frame];
-                (common == frame && scores[frame] > own + alone).then_some((both, scores))
+                let better = common == frame && scores[frame] > own + alone;
+                (better || same()).then_some((both, scores))
             };
             let joined = (0..groups.len()).find_map(|other| Some((other, joins(&other)?)));
             match joined {
@@ -390,6 +396,17 @@ impl Frames<'_, '_> {
             }
         }
         groups
+    }
+
+    /// Returns whether the mean positions of two groups in the frame of the first are so near that nobody would move an object from one
+    /// to the other.
+    fn is_near(&self, one: &Group, other: &Group) -> bool {
+        let mean = |group: &Group, axis: usize| {
+            let poses = group.rests.iter().filter_map(|rest| self.pose(*rest, one.frame));
+            poses.map(|pose| pose.position[axis]).sum::<f64>() / group.rests.len() as f64
+        };
+        let apart = (0..3).map(|axis| (mean(one, axis) - mean(other, axis)).powi(2)).sum::<f64>();
+        apart < IN_PLACE_M * IN_PLACE_M
     }
 
     /// Returns whether objects were found in all of these rests and some were then moved on purpose. What was shown once is
