@@ -145,7 +145,9 @@ pub use nodes::{
     Add, Apply, Constant, Interpolation, Noise, NoiseDistribution, Signal, Stimulus, WhiteNoise,
     WhiteSignal,
 };
-pub(crate) use path::{is_inside, is_within};
+pub(crate) use path::is_inside;
+#[cfg(feature = "physics")]
+pub(crate) use path::is_within;
 #[cfg(feature = "mpi")]
 pub use place::ends::Failure;
 #[cfg(feature = "mpi")]
