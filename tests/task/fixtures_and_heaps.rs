@@ -228,7 +228,11 @@ fn a_part_that_was_there_once_is_put_where_it_was_put() {
     assert_eq!(goals(&with_cap(None)), [ring.clone(), cap]);
     for far in [0.08, 0.13, 0.19, 0.9] {
         let goals = goals(&with_cap(Some(far)));
-        assert_eq!(goals, std::slice::from_ref(&ring), "what was put {far} m aside may have been in the way");
+        assert_eq!(
+            goals,
+            std::slice::from_ref(&ring),
+            "what was put {far} m aside may have been in the way"
+        );
     }
 }
 
