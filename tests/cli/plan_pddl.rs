@@ -203,3 +203,54 @@ fn spikes_of_the_first_decision_are_some_of_all() {
         assert!(first > 1_000 && all > first, "{kind}: {first} of {all}");
     }
 }
+
+#[test]
+fn spikes_are_not_counted_where_no_unit_spikes() {
+    for mode in ["direct", "rate"] {
+        let (code, err, json) = plan(&["move.pddl", "move_one.pddl", "--spikes", "--mode", mode]);
+        let sentence = format!("--spikes has nothing to count in mode {mode}; use --mode lif");
+        assert!(code == Some(2) && err.contains(&sentence), "{err}{json}");
+    }
+}
+
+/// A switch, which is on at first. Nothing breaks.
+const SWITCH: &str = "(define (domain switch) (:predicates (on) (off) (broken))
+ (:action flip :precondition (on) :effect (and (not (on)) (off)))
+ (:action flip-back :precondition (off) :effect (and (on) (not (off)))))
+(define (problem p) (:domain switch) (:init (on)) (:goal GOAL))";
+
+#[test]
+fn an_answer_without_search_has_all_keys() {
+    let keys =
+        |json: &Value| -> Vec<String> { json.as_object().unwrap().keys().cloned().collect() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("switch.pddl");
+    let counts = ["goal_sets", "dead_ends", "starts", "time_ms"];
+    let spikes = ["spikes", "synaptic_events", "decision_spikes", "decision_synaptic_events"];
+    let mut all = Vec::new();
+    // Met, met where no operator is in a plan, proved by pairs, proved by reach, refused; each with whether it was grounded.
+    for (goal, code, grounded) in [
+        ("(on)", 0, true),
+        ("(not (broken))", 0, true),
+        ("(and (on) (off))", 1, true),
+        ("(broken)", 1, false),
+        ("(torn)", 2, false),
+    ] {
+        std::fs::write(&file, SWITCH.replace("GOAL", goal)).expect("written");
+        let args = ["--mode", "lif", "--json", file.to_str().expect("a name")];
+        let (found, err, json) = plan(&args);
+        assert_eq!(found, Some(code), "{err}");
+        assert_eq!(json["valid"], code == 0, "{json}");
+        assert_eq!((&json["planned_ms"], &json["cost"]), (&Value::Null, &Value::Null));
+        assert!(counts.iter().all(|key| json[key] == 0), "{goal}: {json}");
+        assert!(spikes.iter().all(|key| json[key].is_null()), "{goal}: {json}");
+        assert_eq!(json["fluents"].is_u64(), grounded, "{goal}: {json}");
+        all.push(keys(&json));
+        let (_, _, json) = plan(&[&args[..], &["--spikes"]].concat());
+        assert!(spikes.iter().all(|key| json[key] == 0), "{goal}: {json}");
+    }
+    std::fs::write(&file, SWITCH.replace("GOAL", "(off)")).expect("written");
+    let (code, _, json) = plan(&["--json", file.to_str().expect("a name")]);
+    assert!(code == Some(0) && json["starts"] == 1, "{json}");
+    assert!(all.iter().all(|of| *of == keys(&json)), "{all:?}");
+}

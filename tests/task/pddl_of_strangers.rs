@@ -525,6 +525,39 @@ fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
 }
 
 #[test]
+fn a_part_of_an_action_is_misspelt_or_has_several_values() {
+    for (change, words) in [
+        ([":precondition", ":preconditions"], "(did you mean `:precondition`?)"),
+        ([":effect", ":effects"], "(did you mean `:effect`?)"),
+        (
+            [":effect", "(free ?a) :effect"],
+            "`(free ...)` follows a complete part of the action; expected several in one (and ...)",
+        ),
+        (
+            [":parameters", ":parameters ?t"],
+            "`?t` is no list of parameters; expected (?PARAMETER - TYPE ...)",
+        ),
+        (["(domain ", "(domain my "], "the domain has no name of one word"),
+    ] {
+        let fault = changed(change, NONE).unwrap_err();
+        assert!(fault.starts_with("d.pddl, line ") && fault.contains(words), "{fault}");
+    }
+}
+
+#[test]
+fn an_object_that_a_goal_misspells_is_looked_for_among_the_objects_of_the_problem() {
+    for goal in ["(not (at x p22))", "(or (at x p22) (at x p1))", "(at x p22)"] {
+        let fault = changed(NONE, ["(at x p2)", goal]).unwrap_err();
+        let words =
+            "`p22` is no object; expected an object of :objects or :constants (did you mean `p2`?)";
+        assert!(fault.contains(words), "{fault}");
+    }
+    let quantified = "(exists (?o - object) (and (at ?o p22) (at ?o p2)))";
+    let fault = changed(NONE, ["(at x p2)", quantified]).unwrap_err();
+    assert!(fault.contains("one of: ?o, ") && fault.contains("did you mean `p2`?"), "{fault}");
+}
+
+#[test]
 fn a_goal_of_many_facts_is_not_printed_whole() {
     let objects: String = (0..40).map(|i| format!("y{i} ")).collect();
     let goal: String = (0..40).map(|i| format!("(at y{i} p2) ")).collect();

@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
 use symbolt::files::Limit;
+use symbolt::neurons::Population;
 use symbolt::plan::goal_sets::{
-    Begun, Course, Directions, GoalSetError, GoalSetSpec, StripsWorld, pursue,
+    Begun, Course, Directions, GoalSetError, GoalSetSpec, SpikeCount, StripsWorld, pursue,
 };
 use symbolt::plan::strips::{Bodies, Domain, GroundFault, Grounded, Problem, shorten, validate};
 use symbolt::sim::{Seed, SimDuration};
@@ -22,10 +23,18 @@ use crate::cli::table::counted;
 /// Time for which the motor is locked after an action has begun, in milliseconds.
 const LOCK_MS: u64 = 100;
 
-/// Plans, or says why not. With `--json` one object is printed whatever happens.
+/// What is known of a run besides its answer, whatever its end.
+#[derive(Default)]
+struct Told {
+    warnings: Vec<String>,
+    /// Fluents and operators, once the problem is grounded.
+    size: Option<[usize; 2]>,
+}
+
+/// Plans, or says why not. With `--json` one object is printed whatever happens, with the same keys.
 pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
-    let mut warnings = Vec::new();
-    let ended = planned_or_not(args, out, &mut warnings);
+    let mut told = Told::default();
+    let ended = planned_or_not(args, out, &mut told);
     let fault = match &ended {
         Ok(End::Answered(None)) => return Ok(Outcome::Done),
         Ok(End::Answered(Some(fault))) => return Ok(Outcome::Failed(fault.clone())),
@@ -33,13 +42,7 @@ pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
         Err(error) => sentence(error),
     };
     if args.common.json {
-        let nothing: [&str; 0] = [];
-        let said = json!({
-            "planner": PlannerKind::GoalSets.name(), "mode": args.planner.mode,
-            "plan": nothing, "valid": false, "fault": fault, "actions": nothing,
-            "warnings": warnings,
-        });
-        out.write(said.to_string())?;
+        out.write(summary(args, &told, None, Some(&fault)).to_string())?;
     }
     ended.map(|_| Outcome::Failed(fault))
 }
@@ -130,10 +133,11 @@ fn advice(args: &PlanArgs, kind: Kind) -> Option<String> {
     })
 }
 
-fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> Result<End, Error> {
+fn planned_or_not(args: &PlanArgs, out: &Place, told: &mut Told) -> Result<End, Error> {
     check(args)?;
     let spec = spec(args)?;
     let progress = Progress::new(&args.common);
+    let warnings = &mut told.warnings;
     let read = read(args, warnings);
     if let Ok((_, problem)) = &read
         && let Some(metric) = &problem.metric
@@ -151,11 +155,9 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
     };
     grounded.warnings.iter().for_each(|warning| warn(warning));
     warnings.extend(grounded.warnings.iter().cloned());
-    let size = format!(
-        "{}, {}",
-        counted(grounded.fluents.len(), "fluent"),
-        counted(grounded.operators.len(), "operator")
-    );
+    let size = [grounded.fluents.len(), grounded.operators.len()];
+    told.size = Some(size);
+    let size = format!("{}, {}", counted(size[0], "fluent"), counted(size[1], "operator"));
     progress.say(format!("planning with {size}"));
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
     let course = match pursue(&grounded, world, &spec, Seed::new(args.common.seed)) {
@@ -180,8 +182,8 @@ fn planned_or_not(args: &PlanArgs, out: &Place, warnings: &mut Vec<String>) -> R
     let answer = Answer { problem: &grounded, course: &course, cost, short };
     let proof = never.then(|| as_read(&domain, &answer.proof()));
     let text = if args.common.json {
-        let fault = proof.clone().or_else(|| fault.clone());
-        answer.summary(fault, &args.planner.mode, warnings).to_string()
+        let fault = proof.as_deref().or(fault.as_deref());
+        summary(args, told, Some(&answer), fault).to_string()
     } else {
         answer.table(&size)
     };
@@ -212,13 +214,54 @@ fn proved_unreachable(problem: &Grounded) -> bool {
 
 /// Checks and returns the settings.
 fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
-    let default = GoalSetSpec::default();
+    let population: Population = args.planner.mode.parse()?;
+    if args.spikes && !matches!(population, Population::Lif(_)) {
+        let mode = &args.planner.mode;
+        bail!(BadArgument(format!("--spikes has nothing to count in mode {mode}; use --mode lif")));
+    }
     Ok(GoalSetSpec {
         slots: args.slots,
         limit: args.limit()?,
-        population: args.planner.mode.parse()?,
+        population,
         count_spikes: args.spikes,
-        ..default
+        ..GoalSetSpec::default()
+    })
+}
+
+/// Returns the object of `--json`. It has all keys, also where nothing was searched and there is no answer.
+fn summary(args: &PlanArgs, told: &Told, answer: Option<&Answer>, fault: Option<&str>) -> Value {
+    let course = answer.map(|answer| answer.course);
+    let count = |of: fn(&Course) -> usize| course.map_or(0, of);
+    let nothing = args.spikes.then(SpikeCount::default);
+    let spikes = course.map_or(nothing, |course| course.spikes);
+    let decision = course.map_or(nothing, |course| course.decision);
+    let begun = answer.into_iter().flat_map(Answer::begun);
+    let actions = begun.map(|(b, name)| json!({ "action": name, "time_ms": b.ms, "ready": b.met }));
+    let plan = answer.map(|answer| answer.problem.steps(answer.course.plan()));
+    let short = answer
+        .and_then(|answer| Some(answer.problem.steps(answer.short.as_ref()?.iter().copied())));
+    json!({
+        "planner": PlannerKind::GoalSets.name(),
+        "mode": args.planner.mode,
+        "fluents": told.size.map(|[fluents, _]| fluents),
+        "operators": told.size.map(|[_, operators]| operators),
+        "units": course.map(|course| course.units),
+        "plan": plan.unwrap_or_default(),
+        "without_detours": short,
+        "cost": answer.and_then(|answer| answer.cost),
+        "valid": fault.is_none(),
+        "fault": fault,
+        "actions": actions.collect::<Vec<_>>(),
+        "planned_ms": answer.and_then(Answer::planned),
+        "time_ms": course.map_or(0, |course| course.ms),
+        "goal_sets": count(Course::goal_sets),
+        "dead_ends": count(Course::dead_ends),
+        "starts": count(Course::starts),
+        "spikes": spikes.map(|c| c.spikes),
+        "synaptic_events": spikes.map(|c| c.synaptic_events),
+        "decision_spikes": decision.map(|c| c.spikes),
+        "decision_synaptic_events": decision.map(|c| c.synaptic_events),
+        "warnings": told.warnings,
     })
 }
 
@@ -283,36 +326,6 @@ impl Answer<'_> {
                 if starts == 2 { "once".into() } else { format!("{} times", starts - 1) }
             ),
         }
-    }
-
-    fn summary(&self, fault: Option<String>, mode: &str, warnings: &[String]) -> Value {
-        let course = self.course;
-        let actions = self
-            .begun()
-            .map(|(b, name)| json!({ "action": name, "time_ms": b.ms, "ready": b.met }));
-        json!({
-            "planner": PlannerKind::GoalSets.name(),
-            "mode": mode,
-            "fluents": self.problem.fluents.len(),
-            "operators": self.problem.operators.len(),
-            "units": course.units,
-            "plan": self.problem.steps(course.plan()),
-            "without_detours": self.short.as_ref().map(|short| self.problem.steps(short.iter().copied())),
-            "cost": self.cost,
-            "valid": fault.is_none(),
-            "fault": fault,
-            "actions": actions.collect::<Vec<_>>(),
-            "planned_ms": self.planned(),
-            "time_ms": course.ms,
-            "goal_sets": course.goal_sets(),
-            "dead_ends": course.dead_ends(),
-            "starts": course.starts(),
-            "spikes": course.spikes.map(|c| c.spikes),
-            "synaptic_events": course.spikes.map(|c| c.synaptic_events),
-            "decision_spikes": course.decision.map(|c| c.spikes),
-            "decision_synaptic_events": course.decision.map(|c| c.synaptic_events),
-            "warnings": warnings,
-        })
     }
 
     fn table(&self, size: &str) -> String {

@@ -267,7 +267,7 @@ pub fn pursue(
     let mut counter = spec.count_spikes.then(|| SpikeCounter::new(&graph, &planner.reach));
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;
-    let mut decision = None;
+    let mut decision = counter.as_ref().map(|counter| counter.count);
     let (mut ms, limit) = (0, spec.limit.as_micros() / 1000);
     while ms < limit && !inside(&sim).is_some_and(StripsWorld::reached) {
         let step = (limit - ms).min(PERIOD_MS);

@@ -219,16 +219,16 @@ impl<'a> Scope<'a> {
     }
 
     fn unknown(&self, node: &Node, word: &str) -> PddlFault {
-        let mut named: Vec<&str> = self.variables.iter().map(|v| v.name.as_str()).collect();
-        let constants = self.domain.constants.iter().map(|c| c.name.as_str());
-        named.extend(constants);
+        if self.variables.is_empty() {
+            return self.source.no_object(node, word, self.objects);
+        }
+        let mut objects: Vec<&str> = self.objects.keys().map(String::as_str).collect();
+        objects.sort_unstable();
+        let variables = self.variables.iter().map(|v| v.name.as_str());
+        let named: Vec<&str> = variables.chain(objects).collect();
         let near = meant(word, named.iter().copied());
-        let expected = match named.is_empty() {
-            true => "an object of :objects or :constants".to_owned(),
-            false => format!("one of: {}{near}", nearest_first(word, named)),
-        };
-        let what = if self.variables.is_empty() { "object" } else { "parameter or constant" };
-        self.source.unexpected(node, what, &expected)
+        let expected = format!("one of: {}{near}", nearest_first(word, named));
+        self.source.unexpected(node, "parameter or constant", &expected)
     }
 
     /// Reads the effect of an action.

@@ -71,11 +71,25 @@ impl Source<'_> {
         {
             return Ok((name.to_owned(), sections));
         }
-        Err(self.fault(define.place, format!("the {what} has no name"), expected))
+        Err(self.fault(define.place, format!("the {what} has no name of one word"), expected))
     }
 
     pub fn unexpected(&self, node: &Node, what: &str, expected: &str) -> PddlFault {
         self.fault(node.place, format!("{} is no {what}", node.shown()), expected)
+    }
+
+    /// Refuses the name of an object that `known` does not have.
+    pub fn no_object(
+        &self,
+        node: &Node,
+        word: &str,
+        known: &HashMap<String, Vec<String>>,
+    ) -> PddlFault {
+        let mut known: Vec<&str> = known.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let near = meant(word, known);
+        let expected = format!("an object of :objects or :constants{near}");
+        self.unexpected(node, "object", &expected)
     }
 
     pub fn word<'n>(&self, node: &'n Node, what: &str) -> Result<&'n str, PddlFault> {

@@ -9,7 +9,6 @@ use super::lists::tail;
 use super::numbers::{Numbers, TOTAL_COST};
 use super::pddl::{Domain, EQUAL, Fact, Literal, Problem, Term, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
-use crate::sim::meant;
 
 impl Problem {
     /// Reads a problem of `domain` from PDDL. `file` names the text in errors and warnings. If the text has a domain beside
@@ -238,14 +237,7 @@ impl ProblemReader<'_> {
     }
 
     fn object(&self, node: &Node, word: &str) -> Result<&Vec<String>, PddlFault> {
-        self.types.get(word).ok_or_else(|| {
-            let mut known: Vec<&str> = self.types.keys().map(String::as_str).collect();
-            known.sort_unstable();
-            let near = meant(word, known);
-            let problem = format!("`{}` is no object", short(word));
-            let expected = format!("an object of :objects or :constants{near}");
-            self.source.fault(node.place, problem, expected)
-        })
+        self.types.get(word).ok_or_else(|| self.source.no_object(node, word, self.types))
     }
 
     fn fact(&self, node: &Node) -> Result<Fact, PddlFault> {

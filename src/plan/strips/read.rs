@@ -418,6 +418,10 @@ impl DomainReader<'_> {
         let (mut before, mut after, mut duration) = (None, None, None);
         let mut keys = BTreeSet::new();
         while let Some(key) = parts.next() {
+            if key.word().is_none() {
+                let problem = format!("{} follows a complete part of the action", key.shown());
+                return Err(self.source.fault(key.place, problem, "several in one (and ...)"));
+            }
             if !keys.insert(key.word()) {
                 let problem = format!("the action `{name}` has a second {}", key.shown());
                 return Err(self.source.fault(key.place, problem, "each part once"));
@@ -436,14 +440,23 @@ impl DomainReader<'_> {
                 return Err(self.source.unexpected(key, "complete part of an action", expected));
             };
             match (key.word(), durative) {
-                (Some(":parameters"), _) if value.list().is_some() => {
-                    action.parameters = self.parameters(value.list().unwrap_or(&[]), false)?;
+                (Some(":parameters"), _) => {
+                    let Some(list) = value.list() else {
+                        let expected = "(?PARAMETER - TYPE ...)";
+                        return Err(self.source.unexpected(value, "list of parameters", expected));
+                    };
+                    action.parameters = self.parameters(list, false)?;
                 }
                 (Some(":precondition"), false) => before = Some(value),
                 (Some(":precondition" | ":condition"), true) => before = Some(value),
                 (Some(":duration"), true) => duration = Some(value),
                 (Some(":effect"), _) => after = Some(value),
-                _ => return Err(self.source.unexpected(key, "part of an action", expected)),
+                (word, _) => {
+                    let parts = expected.split_ascii_whitespace().filter(|w| w.starts_with(':'));
+                    let near = meant(word.unwrap_or_default(), parts);
+                    let expected = format!("{expected}{near}");
+                    return Err(self.source.unexpected(key, "part of an action", &expected));
+                }
             }
         }
         if self.bodies == Bodies::Skip {
