@@ -19,8 +19,8 @@ pub(crate) struct PlanArgs {
     /// Scene, a file with one JSON object; - for standard input
     #[arg(long, value_name = "FILE", conflicts_with = "problem")]
     pub scene: Option<PathBuf>,
-    /// Goal sets and states that are remembered with a problem in PDDL; a plan
-    /// has fewer actions [default: 48 to 600, by the number of fluents]
+    /// Goal sets and states that are remembered with a problem in PDDL; a
+    /// plan has fewer actions [default: 48 to 600, by the number of fluents]
     #[arg(verbatim_doc_comment, long, value_name = "N", value_parser = whole::<usize>)]
     pub slots: Option<usize>,
     /// Simulated time for planning and acting on PDDL; with a scene, for each
