@@ -146,7 +146,11 @@ fn meant_mode(asked: &str) -> String {
 
 /// The error for a mode that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no mode `{asked}`{}; the modes are: {}", meant_mode(asked), few(Population::names()))]
+#[error(
+    "there is no mode `{asked}`{}; the modes are: {}",
+    meant_mode(asked),
+    few(Population::names())
+)]
 pub struct UnknownMode {
     /// Name that was given.
     pub asked: String,

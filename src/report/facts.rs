@@ -8,13 +8,13 @@ use serde_json::{Map, Value, json};
 
 use crate::robot::scene::SceneSpec;
 use crate::sim::{Note, Seed};
-use crate::task::{Commitment, TaskError};
 use crate::task::compile::GroundProblem;
 use crate::task::domain::RelationalDomain;
 use crate::task::execute::ActivityRecorder;
 use crate::task::planner::{PlannerKind, PlannerSpec, Shows, Unbinding};
 use crate::task::tasks::file::DataTask;
 use crate::task::tasks::{self, Task};
+use crate::task::{Commitment, TaskError};
 
 /// Settings and results of a run, written as `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

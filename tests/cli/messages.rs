@@ -171,7 +171,11 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
             "(did you mean `CUP_AT_PLATE`?)",
         ),
         ("bench bnid", 2, "(did you mean `bind`?)"),
-        ("bench bind --mode lfi", 2, "`lfi` (did you mean `lif`?); the modes are: direct, rate, lif"),
+        (
+            "bench bind --mode lfi",
+            2,
+            "`lfi` (did you mean `lif`?); the modes are: direct, rate, lif",
+        ),
         ("run --mode spiking", 2, "there is no mode `spiking` (did you mean `lif`?); the modes"),
         ("run --mode exact", 2, "(did you mean `direct`?)"),
         // Names of files that do not exist.
@@ -189,6 +193,7 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
         ("bench bind --load domian.json --quiet", 2, "(did you mean `domain.json`?)"),
         // Numbers out of their range.
         ("run --episodes -1", 2, "symbolt: --episodes -1: must be 1 to 1000\n"),
+        ("run --record-episode -1", 2, "symbolt: --record-episode -1: must be 1 to 1000\n"),
         ("run --seed -3", 2, "symbolt: --seed -3: must be 0 to 18446744073709551615\n"),
         ("run --threads 1e9", 2, "symbolt: --threads 1e9: must be 0 to 1024\n"),
         ("run --drop-rate often", 2, "symbolt: --drop-rate often: must be a number\n"),

@@ -650,7 +650,11 @@ fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {
         assert!(number(&found["all"]) > 1500.0 && number(&found["box"]) <= 520.0, "{found}");
         assert!(number(&found["page"]) < 8000.0, "{found}");
         assert_eq!((&found["phases"], &found["said"]), (&true.into(), &serde_json::json!([])));
-        assert_eq!(found["foreign"], serde_json::json!([]), "phases that this planner does not have");
+        assert_eq!(
+            found["foreign"],
+            serde_json::json!([]),
+            "phases that this planner does not have"
+        );
     }
 }
 

@@ -14,7 +14,9 @@ use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::look::{fewer, in_metres, look, loose, misses, position, read, target_json, wanted};
+use crate::cli::look::{
+    fewer, in_metres, look, loose, misses, position, read, target_json, wanted,
+};
 use crate::cli::options::PlannerArgs;
 use crate::cli::output::{Place, Progress, warn};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};

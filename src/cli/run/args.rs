@@ -29,7 +29,7 @@ pub(crate) struct RunArgs {
     /// Episode to record for the report, with frames, activity and spikes;
     /// counted from 1
     #[arg(verbatim_doc_comment, long, alias = "film", value_name = "N")]
-    #[arg(default_value_t = 1, value_parser = whole::<usize>)]
+    #[arg(default_value_t = 1, value_parser = within(1..=MAX_EPISODES))]
     pub record_episode: usize,
     /// Nuts in each episode, 1 to 4 [default: as in --config, or 1]
     #[arg(long, value_name = "N", value_parser = whole::<usize>)]

@@ -232,7 +232,11 @@ impl Displaced {
         };
         let turned = |to: &Pose| {
             let degrees = from.rotation().angle_to(&to.rotation()).to_degrees().round();
-            if degrees < 1.0 { String::new() } else { format!(" and turned it by {degrees} degrees") }
+            if degrees < 1.0 {
+                String::new()
+            } else {
+                format!(" and turned it by {degrees} degrees")
+            }
         };
         let what = match &to {
             Some(to) => {

@@ -307,17 +307,17 @@ impl TaskModel {
         let own = layout.objects.iter().position(|object| *object.id == *chosen.object)?;
         let (pose, located) = (&layout.objects[own].pose, layout.located.get(own)?);
         let home = self.objects.get(own).and_then(|(_, part)| homes.get((*part)?)?.as_ref());
+        let names = layout.object_names();
         let mut words = match (&located.fact, &located.miss) {
             (Some(fact), _) => {
-                let names = layout.object_names();
                 self.domain.whereabouts(fact, own, &names, [pose, home.unwrap_or(pose)])
             }
             (None, Some(miss)) => {
                 let nearest = &self.domain.states[miss.nearest.state].name;
-                let words = layout.fact_in_words(&self.domain, own, &miss.nearest);
+                let words = self.domain.fact_in_words(&miss.nearest, own, &names);
                 InNoState::new(&chosen.object, nearest, &miss.offset, words).to_string()
             }
-            (None, None) => "out of sight".into(),
+            (None, None) => format!("{} is out of sight", names[own]),
         };
         let as_planned =
             self.is_effect(&chosen.operator, located.fact, chosen.reference.as_deref());

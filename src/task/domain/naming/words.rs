@@ -10,8 +10,8 @@ use crate::robot::Pose;
 use crate::sim::is_plain;
 use crate::task::domain::state::{Coordinate, ROOMY_M, Turn};
 use crate::task::domain::{
-    Before, Condition, Fact, Frame, FrameState, GoalTerm, Need, NeedVerdict, Origin, Place, Quantity,
-    RelationalDomain, RelationalOperator, Role, SideEffect, Subject,
+    Before, Condition, Fact, Frame, FrameState, GoalTerm, Need, NeedVerdict, Origin, Place,
+    Quantity, RelationalDomain, RelationalOperator, Role, SideEffect, Subject,
 };
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, find};
