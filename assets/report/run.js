@@ -171,9 +171,10 @@ class RunPage {
     const [own, usual] = [{ planner: run.planner, scene: run.scene }, defaults ?? {}].map((all) => new Map(settingsOf(all)));
     const known = (name) => Boolean(name.startsWith("planner.") ? defaults?.planner : defaults?.scene);
     const changed = [...own].filter(([name, value]) => known(name) && value !== usual.get(name));
-    byId("changed").append(changed.length
-      ? table(["setting", "in this run", "default"], changed.map(([name, value]) => [name, value, usual.get(name) ?? "–"]))
-      : make("p", defaults?.scene ? "All settings of planner and scene have their defaults." : "The planner has its defaults. The task is one of your own."));
+    byId("changed").hidden = changed.length === 0;
+    byId("changed").append(table(["setting", "in this run", "default"], changed.map(([name, value]) => [name, value, usual.get(name) ?? "–"])));
+    const usualOnes = defaults?.scene ? "All settings have their defaults." : "The planner has its defaults.";
+    byId("made").append(changed.length ? " These settings differ from the default:" : ` ${usualOnes}`);
     const others = byId("others");
     others.addEventListener("toggle", () => {
       const rest = [...own].filter(([name]) => !changed.some(([other]) => other === name));

@@ -282,7 +282,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("completions teapot", "", "invalid value 'teapot'"),
         ("man lern", "", "unrecognized command 'lern' (did you mean `learn`?); the commands are: "),
     ];
-    assert_eq!(cases.len(), 103);
+    assert_eq!(cases.len(), 104);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

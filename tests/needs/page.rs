@@ -559,7 +559,8 @@ fn counts_agree_and_what_is_lacking_is_said_alike() {
 
 fn settings_that_differ_from_the_default_come_first() {
     let script = "\
-        found.changed = byId('changed').innerText; byId('others').open = true;\n\
+        found.changed = byId('changed').innerText; found.hidden = byId('changed').hidden;\n\
+        found.made = byId('made').innerText; byId('others').open = true;\n\
         byId('others').dispatchEvent(new Event('toggle'));\n\
         found.others = [...byId('all').querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent));";
     let open = |page: &str| opened_in(&Window { width: 1366, dark: false }, page, script);
@@ -570,7 +571,9 @@ fn settings_that_differ_from_the_default_come_first() {
     assert!(said.contains("planner.dimensions") && said.contains("512\t256"), "{said}");
     assert!(!other["others"].to_string().contains("planner.dimensions"), "{other}");
     let usual = open(&usual);
-    assert_eq!(usual["changed"], "All settings of planner and scene have their defaults.");
+    assert_eq!((&usual["hidden"], &other["hidden"]), (&true.into(), &false.into()));
+    assert!(text(&usual["made"]).ends_with("All settings have their defaults."), "{usual}");
+    assert!(text(&other["made"]).ends_with("These settings differ from the default:"), "{other}");
     let others = usual["others"].to_string();
     assert!(others.contains(r#"["planner.dimensions","256"]"#), "{others}");
     assert!(others.contains(r#"["scene.part.nut_height_m","0.016"]"#), "{others}");
