@@ -34,7 +34,7 @@ function reasoned(episode, act, index) {
   line("It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
   line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
   if (act.action) line("It leads to", episode.leadsTo(index));
-  line("After a failure", act.recovery);
+  line("Why so", act.recovery);
   if (act.action && !act.well) line("Meanwhile", episode.meddled(act));
   act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.sayState(nearest)}”: ${off}`));
   const last = index === episode.acts.length - 1;

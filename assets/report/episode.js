@@ -74,9 +74,12 @@ class Episode {
     return said.join("; and ");
   }
 
-  // What another hand did after a step was decided and before it ended.
-  meddled({ decided, until }) {
-    const during = this.displaced.filter(({ t }) => t >= decided && t <= until);
+  // What another hand did after a step was decided and before it ended. Another part than those of the step counts only if it
+  // may have come in the way.
+  meddled({ decided, until, chosen, outcome }) {
+    const parts = (this.film?.objects?.parts ?? []).map(({ id }) => id);
+    const [own, lost] = [[chosen?.object, chosen?.reference], ["dropped", "missed"].includes(outcome)];
+    const during = this.displaced.filter(({ t, object }) => t >= decided && t <= until && (!lost || own.includes(object) || !parts.includes(object)));
     return during.map((one) => `at ${seconds(one.t, 1)}, after this was decided, ${one.words.replace(", not the robot,", "")}`).join("; ");
   }
 

@@ -2,25 +2,33 @@
 
 const PICTURE = { width: 240, height: 160 };
 
-// The failed steps and a failed end, each with its moment, a sentence and a number in words.
+// The failed steps and a failed end, each with its moment, a title and what is known of it: numbers, or what was tried.
 function failuresOf(episode) {
   const came = (act) => {
     const lost = act.outcome === "dropped" ? episode.lostAt(act) : undefined;
     return lost === undefined ? act.came : act.came.replace("dropped", `dropped at ${seconds(lost, 1)}`);
   };
   const found = episode.acts.filter((act) => act.action && !act.well && act.outcome !== "not begun").map((act) => ({
-    time: act.until, title: `${capital(act.words)}: ${came(act)}`, number: missedBy(episode, act),
+    time: act.until, title: `${capital(act.words)}: ${came(act)}`, text: missedBy(episode, act) || landedOrTried(act),
   }));
   const { end } = episode;
   if (end && (end.ended !== "GoalMet" || !end.assembled)) {
     const strays = episode.acts.at(-1)?.strays ?? [];
     const off = strays.map((stray) => `${episode.names.say(stray.object)}: ${stray.off}`).join("; ");
     const lacking = (episode.goalAt(end.simulated_s) ?? []).filter((term) => term.lacking > 0);
-    const open = lacking.map(({ term, lacking: count }) => `${term}: ${count} lacking`).join("; ");
+    const open = lacking.length ? `Not reached: ${lacking.map(openTerm).join("; ")}` : "";
+    const last = episode.acts.findLast((act) => act.words);
+    const tried = last && !last.well ? `The last that it tried: ${last.words} (${last.came})` : "";
     // What ended the episode comes first.
-    found.unshift({ time: end.simulated_s, title: `The end: ${episode.outcome()}`, number: [open, off].filter(Boolean).join(". ") });
+    found.unshift({ time: end.simulated_s, title: `The end: ${episode.outcome()}`, text: [open, off, tried].filter(Boolean).join(". ") });
   }
   return found;
+}
+
+// Where a part was after its step if there are no pictures; of a step without a target, what was tried and why.
+function landedOrTried({ landed, instead, recovery }) {
+  if (landed) return landedInWords(landed);
+  return [instead && `It had decided to ${instead}`, recovery && capital(recovery)].filter(Boolean).join(". ");
 }
 
 // How far a part is from its target when its step has ended, and what is nearest to the target.
@@ -58,12 +66,12 @@ function positionAt({ t, poses, parts, count }, index, time) {
 function showFailures(section, episode, replay, seek) {
   const found = failuresOf(episode);
   section.hidden = found.length === 0;
-  const cards = found.map(({ time, title, number }) => {
+  const cards = found.map(({ time, title, text: known }) => {
     const go = make("button", `Go to ${seconds(time)}`);
     go.type = "button";
     go.setAttribute("aria-label", `Go to ${seconds(time)}: ${title}`);
     go.addEventListener("click", () => seek(time));
-    const text = make("div", null, make("h3", title), make("p", number || "No number is known."), go);
+    const text = make("div", null, make("h3", title), ...(known ? [make("p", capital(known))] : []), go);
     const card = make("li", null, ...(replay ? [picture(replay, time, title)] : []), text);
     return card;
   });

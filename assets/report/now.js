@@ -28,7 +28,7 @@ function nowEntries(episode, time, goalWords) {
   const held = episode.heldAt(time);
   add("In the hand", held === undefined ? "nothing" : episode.part(held));
   const terms = episode.goalAt(time);
-  if (terms?.length) add("Goal", ...terms.map(({ term, lacking }) => (lacking === 0 ? DONE : OPEN) + term + (lacking > 1 || (lacking === 1 && countsObjects(term)) ? ` (${lacking} lacking)` : "")));
+  if (terms?.length) add("Goal", ...terms.map((term) => (term.lacking === 0 ? DONE : OPEN) + openTerm(term)));
   else add("Goal", goalWords ?? "unknown");
   const places = episode.places(time);
   if (places) add("Where things are now", ...places.map(({ words }) => words));

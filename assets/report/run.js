@@ -162,7 +162,24 @@ class RunPage {
     byId("made").textContent = `Written by symbolt ${run.symbolt}, seed ${run.seed}, mode ${run.mode}. `
       + "On the same machine the same command writes the same files, bit for bit.";
     shielded("figures", () => byId("figures").append(figuresTable(run.summary)));
-    byId("all").textContent = JSON.stringify({ planner: run.planner, task: run.task, scene: run.scene }, null, 2);
+    shielded("all", () => this.buildAllSettings());
+  }
+
+  // Those that differ from the default stand open; the others are made when they are first unfolded.
+  buildAllSettings() {
+    const { run, defaults } = this.data;
+    const [own, usual] = [{ planner: run.planner, scene: run.scene }, defaults ?? {}].map((all) => new Map(settingsOf(all)));
+    const known = (name) => Boolean(name.startsWith("planner.") ? defaults?.planner : defaults?.scene);
+    const changed = [...own].filter(([name, value]) => known(name) && value !== usual.get(name));
+    byId("changed").hidden = changed.length === 0;
+    byId("changed").append(table(["setting", "in this run", "default"], changed.map(([name, value]) => [name, value, usual.get(name) ?? "–"])));
+    const usualOnes = defaults?.scene ? "All settings have their defaults." : "The planner has its defaults.";
+    byId("made").append(changed.length ? " These settings differ from the default:" : ` ${usualOnes}`);
+    const others = byId("others");
+    others.addEventListener("toggle", () => {
+      const rest = [...own].filter(([name]) => !changed.some(([other]) => other === name));
+      byId("all").replaceChildren(table(["setting", "value"], rest));
+    }, { once: true });
   }
 
   buildControls() {

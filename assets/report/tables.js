@@ -76,6 +76,19 @@ function inWords(value) {
   return String(value);
 }
 
+// The settings in JSON as pairs of a key and a text. The keys of what they stand in come before, as in `scene.table.rim`.
+function settingsOf(value, key = "") {
+  const within = (name) => (key ? `${key}.${name}` : name);
+  if (Array.isArray(value) && value.some((item) => item !== null && typeof item === "object" && !Array.isArray(item))) {
+    return value.flatMap((item, i) => settingsOf(item, `${key}[${i}]`));
+  }
+  if (value !== null && typeof value === "object" && !Array.isArray(value) && Object.keys(value).length) {
+    return Object.entries(value).flatMap(([name, item]) => settingsOf(item, within(name)));
+  }
+  const rounded = (_, item) => (typeof item === "number" ? Number(item.toPrecision(6)) : item);
+  return [[key, typeof value === "string" ? value : JSON.stringify(value, rounded).replaceAll(",", ", ")]];
+}
+
 // Clearer words for some figures of the summary, in the words of `symbolt run` where it prints them.
 const FIGURES = {
   assembled: "episodes solved",
@@ -93,8 +106,8 @@ const FIGURES = {
   states: "learned states",
   operators: "learned actions",
   recoveries: "how the robot went on when something was wrong",
-  replans: "re-plans after a failed step",
-  replans_after: "steps that failed",
+  replans: "steps that broke off",
+  replans_after: "which steps broke off",
   strays: "parts that ended up in no state",
   ended_with_strays: "episodes with such parts at the end",
   meddled: "episodes in which another hand moved something",

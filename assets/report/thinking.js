@@ -15,9 +15,10 @@ function unpackModules(run, arrays) {
     });
 }
 
-// What each phase of the planner is, in a line each.
-function phasesList() {
-  const lines = Object.entries(PHASES).flatMap(([name, meaning]) => [make("dt", name), make("dd", meaning)]);
+// What each phase that this planner has is, in a line each.
+function phasesList(names) {
+  const own = names.filter((name) => PHASES[name]);
+  const lines = own.flatMap((name) => [make("dt", name), make("dd", PHASES[name])]);
   const list = make("details", null, make("summary", "What the phases are"), make("dl", null, ...lines));
   list.className = "phases";
   return list;
@@ -64,6 +65,6 @@ class Thinking extends Panels {
   }
 
   more(module) {
-    return module?.name === "phase" ? [phasesList()] : [];
+    return module?.name === "phase" ? [phasesList(module.names)] : [];
   }
 }

@@ -1,6 +1,6 @@
 // Sentences for phases, ends of episodes and obstacles, which the data name by a word.
 
-// The phases of the planner of goal sets, backward and forward.
+// The phases of the searches backward and forward. A planner has those of one of them, or of both.
 const PHASES = {
   Start: "Forgets everything, and takes the goal.",
   Wave: "Finds how far each fact is from what holds.",
@@ -65,4 +65,7 @@ function detourInWords(recovery, names) {
 }
 
 // Whether a term of a goal, in words, counts objects.
-const countsObjects = (term) => /^(every|at least) /.test(term);
+const countsObjects = (term) => /^(every|at least) | each /.test(term);
+
+// A term of a goal, with the number of objects that it lacks if it counts them.
+const openTerm = ({ term, lacking }) => term + (lacking > 0 && countsObjects(term) ? ` (${lacking} lacking)` : "");

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io::ErrorKind;
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
@@ -10,6 +11,7 @@ use symbolt::neurons::{SolvedFileError, UnknownMode};
 use symbolt::plan::goal_sets::GoalSetError;
 use symbolt::plan::model::LearnError;
 use symbolt::plan::strips::{GroundFault, PddlFault};
+use symbolt::sim::{is_plain, meant};
 use symbolt::study::experiment::ShardError;
 use symbolt::study::standard::UnknownModel;
 use symbolt::task::pddl::WriteFault;
@@ -56,15 +58,45 @@ impl Ended {
     }
 }
 
-/// Joins an error and its causes in one sentence, without repetitions.
+/// Joins an error and its causes in one sentence, without repetitions. Of a file that is not there, it asks about the name that
+/// was probably meant.
 pub(crate) fn sentence(error: &Error) -> String {
-    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+    let joined = error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
         match (text.is_empty(), text.contains(&cause)) {
             (true, _) => cause,
             (_, true) => text,
             _ => format!("{text}: {cause}"),
         }
-    })
+    });
+    joined + &unread(error).map(neighbour).unwrap_or_default()
+}
+
+/// Returns the file that an error did not find.
+fn unread(error: &Error) -> Option<&Path> {
+    let file = error.chain().find_map(|cause| match cause.downcast_ref() {
+        Some(TaskError::File(file) | TaskError::Solved(SolvedFileError::File(file))) => Some(file),
+        _ => match cause.downcast_ref() {
+            Some(SolvedFileError::File(file)) => Some(file),
+            _ => cause.downcast_ref(),
+        },
+    });
+    match file? {
+        FileError::Io { what: "read", path, source } if source.kind() == ErrorKind::NotFound => {
+            Some(path)
+        }
+        _ => None,
+    }
+}
+
+/// Returns a question about the file of a folder whose name is nearest to that of a file which is not there.
+fn neighbour(path: &Path) -> String {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten();
+    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| is_plain(name)).collect();
+    names.sort();
+    let written = path.file_name().unwrap_or_default().to_string_lossy();
+    meant(&written, names.iter().map(String::as_str))
 }
 
 /// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.

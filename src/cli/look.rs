@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::doubt::doubts;
+use symbolt::doubt::{DoubtKind, doubts};
 use symbolt::files::Limit;
 use symbolt::sim::{few, meant};
 use symbolt::task::classify::Layout;
@@ -81,7 +81,8 @@ pub(crate) fn look(
     let classifier = grounding.classifier(domain)?;
     let layout = classifier.classify(scene);
     if layout.located.iter().all(|located| located.fact.is_none()) {
-        // Then a unit or an axis is probably another one.
+        in_metres(scene)?;
+        // Then an axis is probably another one.
         let doubts = doubts(&Recording::of_scene(scene.clone()));
         doubts.iter().for_each(|doubt| warn(&doubt.to_string()));
     }
@@ -102,6 +103,15 @@ pub(crate) fn look(
         warn(&format!("{words}, or at {other}, which is equally near; {taken} is taken"));
     }
     Ok(layout)
+}
+
+/// Refuses a scene whose lengths are in another unit. To be asked where nothing can be planned, because it is costly.
+pub(crate) fn in_metres(scene: &Snapshot) -> Result<(), BadArgument> {
+    let doubts = doubts(&Recording::of_scene(scene.clone()));
+    match doubts.iter().find(|doubt| doubt.kind == DoubtKind::LengthUnit) {
+        Some(doubt) => Err(BadArgument(doubt.to_string())),
+        None => Ok(()),
+    }
 }
 
 /// Refuses objects if the domain knows none of their kinds, and warns of kinds that are probably misspelt.

@@ -29,16 +29,17 @@ mod run;
 mod table;
 mod watch;
 
+use std::error::Error as _;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Error;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use symbolt::files::FileError;
 use symbolt::neurons::UnknownMode;
-use symbolt::sim::{meant, nearest_first};
+use symbolt::sim::{meant, nearest_first, plain};
 use symbolt::spa::VocabError;
 use symbolt::task::TaskError;
 
@@ -164,6 +165,9 @@ fn of_usage(usage: &clap::Error, command: &str) -> String {
     if !known && usage.kind() == ErrorKind::InvalidSubcommand {
         return format!("{}; {help}", unknown(command, &mut program));
     }
+    if let Some(argument) = of_value(usage) {
+        return argument.to_string();
+    }
     let text = usage.to_string();
     let lines = text.trim_start_matches("error: ").lines().map(str::trim);
     let own = lines.take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
@@ -178,6 +182,18 @@ fn of_usage(usage: &clap::Error, command: &str) -> String {
         sentence = sentence + gap + line;
     }
     format!("{sentence}; {help}")
+}
+
+/// Returns the sentence that a value is not what its option must have.
+fn of_value(usage: &clap::Error) -> Option<BadArgument> {
+    let text = |kind| match usage.get(kind) {
+        Some(ContextValue::String(text)) => Some(text),
+        _ => None,
+    };
+    let [argument, value] = [text(ContextKind::InvalidArg)?, text(ContextKind::InvalidValue)?];
+    let why = usage.source()?.to_string();
+    let option = argument.split_once(" <").map_or(argument.as_str(), |(option, _)| option);
+    Some(BadArgument::range(option, plain(value), why.strip_prefix("must be ")?))
 }
 
 /// Returns the sentence that no command has this name, with those that there are.

@@ -1,7 +1,8 @@
 //! Options that several commands share.
 
 use std::borrow::Cow;
-use std::ops::Deref;
+use std::fmt::Display;
+use std::ops::{Deref, RangeInclusive};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -30,7 +31,7 @@ use super::rank;
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Common {
     /// Seed of all random numbers
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = within(0..=u64::MAX))]
     pub seed: u64,
     #[command(flatten)]
     pub seedless: Seedless,
@@ -48,7 +49,7 @@ impl Deref for Common {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Seedless {
     /// Worker threads, 0 for one per core; results do not change
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = within(0..=1024_usize))]
     pub threads: usize,
     /// Do not print progress to standard error
     #[arg(long)]
@@ -472,6 +473,19 @@ pub(crate) fn named<T: Copy + Send + Sync>(
         let chosen = choices.iter().find(|(known, _)| *known == name);
         chosen.map(|(_, choice)| *choice).ok_or("must be one of the names")
     })
+}
+
+/// Reads a whole number of a range.
+pub(crate) fn within<T>(
+    range: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    move |typed| {
+        let number = typed.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("must be {} to {}", range.start(), range.end()))
+    }
 }
 
 /// Reads a whole number.

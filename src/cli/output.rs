@@ -257,9 +257,6 @@ pub(crate) fn tell(message: &str) {
 
 /// Sets the number of worker threads.
 pub(crate) fn use_threads(common: &Seedless) -> Result<(), Error> {
-    if common.threads > 1024 {
-        return Err(BadArgument::range("--threads", common.threads, "0 to 1024").into());
-    }
     warn_of_binding(common.threads);
     rayon::ThreadPoolBuilder::new().num_threads(common.threads).build_global()?;
     Ok(())

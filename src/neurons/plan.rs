@@ -10,7 +10,7 @@ use super::models::{Lif, LifRate, NeuronModel};
 use super::pattern::PathPattern;
 use super::solved::SolvedModel;
 use super::tuning::Tuning;
-use crate::sim::{Fingerprint, Ranks, few};
+use crate::sim::{Fingerprint, Ranks, few, meant, question};
 
 /// Leaky integrate-and-fire neurons and their tuning, spiking ([`Population::Lif`]) or by their rates
 /// ([`Population::Rate`]).
@@ -131,9 +131,26 @@ impl Population {
     }
 }
 
+/// How other words for a mode begin, and the name of the mode.
+const ALSO: [(&str, &str); 4] =
+    [("spik", "lif"), ("neuro", "lif"), ("exact", "direct"), ("math", "direct")];
+
+/// Returns a question about the mode that was probably meant.
+fn meant_mode(asked: &str) -> String {
+    let lower = asked.to_lowercase();
+    match ALSO.iter().find(|(begin, _)| lower.starts_with(begin)) {
+        Some((_, name)) => question(Some(*name)),
+        None => meant(asked, Population::names()),
+    }
+}
+
 /// The error for a mode that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no mode `{asked}`; the modes are: {}", few(Population::names()))]
+#[error(
+    "there is no mode `{asked}`{}; the modes are: {}",
+    meant_mode(asked),
+    few(Population::names())
+)]
 pub struct UnknownMode {
     /// Name that was given.
     pub asked: String,

@@ -4,17 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::robot::scene::SceneSpec;
 use crate::sim::{Note, Seed};
-use crate::task::TaskError;
 use crate::task::compile::GroundProblem;
 use crate::task::domain::RelationalDomain;
 use crate::task::execute::ActivityRecorder;
-use crate::task::planner::Shows;
+use crate::task::planner::{PlannerKind, PlannerSpec, Shows, Unbinding};
 use crate::task::tasks::file::DataTask;
 use crate::task::tasks::{self, Task};
+use crate::task::{Commitment, TaskError};
 
 /// Settings and results of a run, written as `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -183,6 +183,26 @@ impl RunFacts {
         let scene = self.own_task()?.scene(Seed::new(seed))?;
         scene.check()?;
         Ok(scene)
+    }
+
+    /// Returns the settings of a planner, as they stand in the file.
+    pub fn planner_settings(kind: PlannerKind, spec: &PlannerSpec) -> Value {
+        json!({
+            "name": kind.name(),
+            "dimensions": spec.dimensions,
+            "max_similarity": spec.max_similarity,
+            "absent": spec.absent,
+            "first": spec.commitment == Commitment::First,
+            "products": spec.unbinding == Unbinding::Products,
+        })
+    }
+
+    /// Returns the settings that a run has if nothing else is asked for: of the planner, and of the task, which are null for a
+    /// task of one's own.
+    pub(super) fn defaults(&self) -> Value {
+        let planner = Self::planner_settings(PlannerKind::default(), &PlannerSpec::default());
+        let scene = tasks::by_name(&self.task).ok().map(|task| task.settings());
+        json!({"planner": planner, "scene": scene})
     }
 
     /// Name and version of the format.

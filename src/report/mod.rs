@@ -224,6 +224,7 @@ fn of_run(folder: &Path) -> Report {
     let data = RunPage {
         kind: "run",
         missing: &reader.missing,
+        defaults: facts.as_ref().map(RunFacts::defaults),
         task: task.map(|task| json!({"name": task.name(), "description": task.description()})),
         run: facts,
         filmed: recorded,
@@ -245,6 +246,8 @@ struct RunPage<'a> {
     /// Name and description.
     task: Option<Value>,
     run: Option<RunFacts>,
+    /// The settings of a run for which nothing else is asked.
+    defaults: Option<Value>,
     filmed: Option<usize>,
     domain: Option<Value>,
     recording: Option<Value>,

@@ -103,7 +103,8 @@ impl<'s> Objects<'s> {
         }
         let people = object_names(self.names.iter().map(|(id, kind)| (id.as_str(), *kind)));
         let classifier = Classifier::new(domain);
-        let first = classifier.classify(&self.snapshot(&self.poses(film, 0)?));
+        let begun = self.poses(film, 0)?;
+        let first = classifier.classify(&self.snapshot(&begun));
         let terms = domain
             .goals
             .iter()
@@ -112,7 +113,8 @@ impl<'s> Objects<'s> {
         let mut states: Vec<Vec<Value>> = vec![Vec::new(); self.names.len()];
         let mut lacking: Vec<Vec<Value>> = vec![Vec::new(); terms.len()];
         let mut before: Option<(Vec<Pose>, Layout)> = None;
-        let mut last: Vec<Option<Option<Fact>>> = vec![None; self.names.len()];
+        // With whether it has left its area.
+        let mut last: Vec<Option<(Option<Fact>, bool)>> = vec![None; self.names.len()];
         let mut lacked: Vec<Option<usize>> = vec![None; terms.len()];
         let step = film.len().div_ceil(MAX_LOOKS).max(1);
         for frame in kept(film.len(), step) {
@@ -128,10 +130,12 @@ impl<'s> Objects<'s> {
             let t = (1e3 * film.time_s(frame)).round() / 1e3;
             let situation = layout.situation();
             for (i, fact) in situation.iter().enumerate() {
-                if last[i] != Some(*fact) {
-                    last[i] = Some(*fact);
+                let at = [&poses[i], &begun[i]];
+                let now = Some((*fact, fact.is_some_and(|fact| domain.has_left(&fact, at))));
+                if last[i] != now {
+                    last[i] = now;
                     let state = fact.map(|fact| &domain.states[fact.state].name);
-                    let words = fact.map(|fact| domain.fact_in_words(&fact, i, &people));
+                    let words = fact.map(|fact| domain.whereabouts(&fact, i, &people, at));
                     states[i].push(json!([t, state, words]));
                 }
             }

@@ -277,7 +277,7 @@ fn a_folder_that_no_run_wrote_is_kept_unless_forced() {
     let more = ["--drop-rate", "0.5", "--force", "--quiet", "--method", "paper"];
     let ran = run(path, &[&many[..], &more].concat());
     assert!(ran.out.contains("2 episodes. Their goal: "), "{} {}", ran.out, ran.err);
-    assert!(ran.out.contains("re-planned after"), "{}", ran.out);
+    assert!(ran.out.contains("step that broke off"), "{}", ran.out);
     fits(&ran.out, &names(&out.join("domain.json")));
     assert_eq!(std::fs::read_to_string(out.join("index.html")).expect("there"), "mine");
     let facts = std::fs::read_to_string(out.join("run.json")).expect("there");
@@ -688,7 +688,7 @@ fn bad_usage_and_bad_input_return_2_and_leave_nothing_behind() {
             "--dimensions 0: must be",
         ),
         (&["run", "--drop-rate", "-1", "--out", "new"], "--drop-rate -1: must be 0 to 1"),
-        (&["run", "--nuts", "many"], "for '--nuts <N>': must be a whole number"),
+        (&["run", "--nuts", "many"], "--nuts many: must be a whole number"),
         (&["experiment", "table-5"], "there is no experiment `table-5`"),
         (&["experiment", "table-4", "--shard", "3/2"], "--shard 3/2: must be I/N"),
         (&["experiment", "table-4", "--trials", "0"], "--trials 0: must be 1 to 100000"),

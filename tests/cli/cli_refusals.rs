@@ -152,7 +152,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         (
             "run",
             "--mode spiking",
-            "--mode: there is no mode `spiking`; the modes are: direct, rate, lif",
+            "--mode: there is no mode `spiking` (did you mean `lif`?); the modes are: direct, rate, lif",
         ),
         (plan, "--mode foo", "--mode: there is no mode `foo`; the modes are: direct, rate, lif"),
         ("bench bind", "--mode foo", "--mode: there is no mode `foo`; the modes are: direct"),
@@ -165,8 +165,9 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("record", "--demos 1001 --out new", "--demos 1001: must be 1 to 1000"),
         ("record --kinematic", "--demos 10001 --out new", "--demos 10001: must be 1 to 10000"),
         ("record", "--scene --demos 3 --out new", "cannot be used with"),
-        ("run", "--demos x", "'--demos <N>': must be a whole number"),
+        ("run", "--demos x", "--demos x: must be a whole number"),
         ("run", "--episodes 0", "--episodes 0: must be 1 to 1000"),
+        ("run", "--episodes -1", "--episodes -1: must be 1 to 1000"),
         ("run", "--record-episode 2", "--record-episode 2: must be 1, the number of --episodes"),
         ("run", "--nuts 9", "--nuts 9: must be 1 to 4"),
         ("run", "--bolts 0", "--bolts 0: must be 1 to 4"),
@@ -187,7 +188,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("run", "--missing nan", "--missing NaN: must be 0 to 1"),
         ("run", "--swaps -0.1", "--swaps -0.1: must be 0 to 1"),
         ("run", "--threads 1025", "--threads 1025: must be 0 to 1024"),
-        ("run", "--seed -1", "'--seed <N>': must be a whole number"),
+        ("run", "--seed -1", "--seed -1: must be 0 to 18446744073709551615"),
         (record, "--demo-nuts 9", "--demo-nuts 9: must be 1 to 4"),
         (record, "--task teapot", "there is no task `teapot`"),
         (record, "--config missing.json", "cannot read missing.json"),
@@ -281,7 +282,7 @@ fn a_bad_option_of_any_command_is_refused_before_any_work() {
         ("completions teapot", "", "invalid value 'teapot'"),
         ("man lern", "", "unrecognized command 'lern' (did you mean `learn`?); the commands are: "),
     ];
-    assert_eq!(cases.len(), 103);
+    assert_eq!(cases.len(), 104);
     for (command, options, part) in cases {
         let args: Vec<&str> = command.split(' ').chain(options.split_whitespace()).collect();
         refused(place.path(), &args, 2, part);

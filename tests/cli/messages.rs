@@ -65,6 +65,11 @@ fn prepared() -> tempfile::TempDir {
         }
     }
     write("mm.json", metres.to_string().as_bytes());
+    let mut strewn: serde_json::Value = serde_json::from_str(&scene).expect("JSON");
+    for (i, object) in strewn["objects"].as_array_mut().expect("objects").iter_mut().enumerate() {
+        object["position"][2] = (0.3 + 0.1 * i as f64).into();
+    }
+    write("strewn.json", strewn.to_string().as_bytes());
     let whole = std::fs::read(place.path().join("domain.json")).expect("a domain");
     write("cut.json", &whole[..whole.len() / 2]);
     write("empty.json", b"");
@@ -81,7 +86,7 @@ fn prepared() -> tempfile::TempDir {
 #[test]
 fn every_message_says_what_a_file_is_and_what_was_meant() {
     let place = prepared();
-    let cases: [(&str, i32, &str); 48] = [
+    let cases = [
         // Files of another kind.
         ("plan domain.json scene.json", 2, "`symbolt plan domain.json --scene scene.json`"),
         ("plan scene.json domain.json", 2, "`symbolt plan domain.json --scene scene.json`"),
@@ -166,7 +171,32 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
             "(did you mean `CUP_AT_PLATE`?)",
         ),
         ("bench bnid", 2, "(did you mean `bind`?)"),
-        ("bench bind --mode lfi", 2, "there is no mode `lfi`; the modes are: direct, rate, lif"),
+        (
+            "bench bind --mode lfi",
+            2,
+            "`lfi` (did you mean `lif`?); the modes are: direct, rate, lif",
+        ),
+        ("run --mode spiking", 2, "there is no mode `spiking` (did you mean `lif`?); the modes"),
+        ("run --mode exact", 2, "(did you mean `direct`?)"),
+        // Names of files that do not exist.
+        ("plan domian.json --scene scene.json", 2, "(os error 2) (did you mean `domain.json`?)"),
+        ("plan domain.json --scene secne.json", 2, "(did you mean `scene.json`?)"),
+        ("plan ./domian.json --scene scene.json", 2, "(did you mean `domain.json`?)"),
+        ("actions domian.json --scene scene.json", 2, "(did you mean `domain.json`?)"),
+        ("learn demso.jsonl --quiet", 2, "(did you mean `demos.jsonl`?)"),
+        ("classify domain.json demos.json", 2, "(did you mean `demos.jsonl`?)"),
+        ("check domian.json", 2, "(did you mean `domain.json`?)"),
+        ("rename domian.json A=B", 2, "(did you mean `domain.json`?)"),
+        ("import logg.csv", 2, "(did you mean `log.csv`?)"),
+        ("run --task-file taks.json", 2, "(did you mean `task.json`?)"),
+        ("run --config taks.json", 2, "(did you mean `task.json`?)"),
+        ("bench bind --load domian.json --quiet", 2, "(did you mean `domain.json`?)"),
+        // Numbers out of their range.
+        ("run --episodes -1", 2, "symbolt: --episodes -1: must be 1 to 1000\n"),
+        ("run --record-episode -1", 2, "symbolt: --record-episode -1: must be 1 to 1000\n"),
+        ("run --seed -3", 2, "symbolt: --seed -3: must be 0 to 18446744073709551615\n"),
+        ("run --threads 1e9", 2, "symbolt: --threads 1e9: must be 0 to 1024\n"),
+        ("run --drop-rate often", 2, "symbolt: --drop-rate often: must be a number\n"),
         ("experiment tabel-4", 2, "(did you mean `table-4`?)"),
         // Options without an effect.
         ("plan d.pddl p.pddl --limit 5", 2, "--limit is for a scene; leave it out"),
@@ -201,8 +231,10 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
             2,
             "the domain knows no object of this scene: teapot",
         ),
-        ("plan domain.json --scene mm.json --quiet", 1, "the lengths are probably mm"),
-        ("plan domain.json --scene mm.json --quiet", 1, "stuck: "),
+        ("plan domain.json --scene mm.json --quiet", 2, "symbolt: the scene is "),
+        ("plan domain.json --scene mm.json --quiet", 2, "the lengths are probably mm"),
+        ("actions domain.json --scene mm.json", 2, "the lengths are probably mm"),
+        ("plan domain.json --scene strewn.json --quiet", 1, "stuck: "),
         ("check escape.json", 2, "`a\\u{1b}[31m` has a control character"),
         ("classify domain.json turned.json", 2, "`a\\u{202e}b` has a control character"),
         ("plan domain.json --scene .", 2, ". is a folder; a scene in it is ./scene.json"),
@@ -220,8 +252,12 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
         assert_eq!(ill_formed(&said.err), None, "{command}: {}", said.err);
     }
     // Nothing at all is printed where nothing is possible.
-    let said = say(place.path(), &["actions", "domain.json", "--scene", "mm.json", "--json"], None);
+    let strewn = ["actions", "domain.json", "--scene", "strewn.json", "--json"];
+    let said = say(place.path(), &strewn, None);
     assert_eq!((said.code, &*said.out), (Some(0), ""), "{}", said.err);
+    // Nothing is asked where no file has a name like that.
+    let said = say(place.path(), &["check", "nowhere.json"], None);
+    assert!(!said.err.contains("did you mean"), "{}", said.err);
 }
 
 #[test]

@@ -175,7 +175,11 @@ fn broken_patterns_are_refused() {
 #[test]
 fn an_unknown_mode_names_those_that_exist() {
     let error = "lif2".parse::<Population>().map_err(|e| e.to_string());
-    assert_eq!(error, Err("there is no mode `lif2`; the modes are: direct, rate, lif".into()));
+    assert_eq!(
+        error,
+        Err("there is no mode `lif2` (did you mean `lif`?); the modes are: direct, rate, lif"
+            .into())
+    );
 }
 
 #[test]

@@ -31,6 +31,8 @@ pub fn trials() -> Vec<Trial> {
             a_failed_step_has_its_moment_its_number_and_a_picture,
             a_step_that_ends_off_its_place_and_another_hand_are_told,
             a_gap_stays_a_gap_and_after_the_last_sample_the_legend_is_empty,
+            counts_agree_and_what_is_lacking_is_said_alike,
+            settings_that_differ_from_the_default_come_first,
             two_places_of_a_kind_have_two_labels,
             nothing_is_cut_at_any_width,
             the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded,
@@ -524,6 +526,59 @@ fn a_gap_stays_a_gap_and_after_the_last_sample_the_legend_is_empty() {
     assert!(!legend.is_empty() && legend.iter().all(|value| text(value) == "–"), "{legend:?}");
 }
 
+fn counts_agree_and_what_is_lacking_is_said_alike() {
+    let script = "\
+        found.story = byId('story').innerText; found.row = [...byId('episode-list').querySelectorAll('tbody td')].map((td) => td.textContent);\n\
+        const lacking = (...terms) => { page.episode.goalAt = () => terms.map(([term, lacking]) => ({ term, lacking }));\n\
+            page.seek(1); return byId('now').innerText; };\n\
+        found.goal = lacking(['a fork is beside each plate', 1], ['every cup is turned over', 1], ['a block is in a drawer', 1],\n\
+            ['at least 2 cups are in a bin', 2], ['a knife is beside each plate', 0]);\n\
+        page.acts.forEach((act) => { act.well = false; act.chosen = null; act.landed = null; });\n\
+        page.acts[0].recovery = 'moves the nut out of the way: it lies on the bolt (try 1)';\n\
+        page.show(); found.failures = byId('failures').innerText;";
+    let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
+    let story = text(&found["story"]);
+    let steps = text(&found["row"][2]);
+    assert!(story.contains(&format!("{steps} steps, decided one at a time")), "{found}");
+    assert!(story.contains(&format!("{steps} of {steps} steps ended as planned")), "{found}");
+    let goal = text(&found["goal"]);
+    for said in [
+        "○ a fork is beside each plate (1 lacking)",
+        "○ every cup is turned over (1 lacking)",
+        "○ a block is in a drawer\n",
+        "○ at least 2 cups are in a bin (2 lacking)",
+        "✓ a knife is beside each plate\n",
+    ] {
+        assert!(goal.contains(said), "{said}: {goal}");
+    }
+    // A failure without a number says what was tried, or nothing.
+    let failures = text(&found["failures"]);
+    assert!(failures.contains("Moves the nut out of the way: it lies on the bolt"), "{failures}");
+    assert!(!failures.contains("No number"), "{failures}");
+}
+
+fn settings_that_differ_from_the_default_come_first() {
+    let script = "\
+        found.changed = byId('changed').innerText; found.hidden = byId('changed').hidden;\n\
+        found.made = byId('made').innerText; byId('others').open = true;\n\
+        byId('others').dispatchEvent(new Event('toggle'));\n\
+        found.others = [...byId('all').querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent));";
+    let open = |page: &str| opened_in(&Window { width: 1366, dark: false }, page, script);
+    let (usual, own) = (page(), r#""dimensions":256"#);
+    assert_eq!(usual.matches(own).count(), 2, "of the run, and of the default");
+    let other = open(&usual.replacen(own, r#""dimensions":512"#, 1));
+    let said = text(&other["changed"]);
+    assert!(said.contains("planner.dimensions") && said.contains("512\t256"), "{said}");
+    assert!(!other["others"].to_string().contains("planner.dimensions"), "{other}");
+    let usual = open(&usual);
+    assert_eq!((&usual["hidden"], &other["hidden"]), (&true.into(), &false.into()));
+    assert!(text(&usual["made"]).ends_with("All settings have their defaults."), "{usual}");
+    assert!(text(&other["made"]).ends_with("These settings differ from the default:"), "{other}");
+    let others = usual["others"].to_string();
+    assert!(others.contains(r#"["planner.dimensions","256"]"#), "{others}");
+    assert!(others.contains(r#"["scene.part.nut_height_m","0.016"]"#), "{others}");
+}
+
 fn two_places_of_a_kind_have_two_labels() {
     let script = "\
         const { bodies } = page.replay; const two = { ...bodies.references.find(({ kind }) => kind === 'nut_pocket'), id: 'nut_pocket_1' };\n\
@@ -581,7 +636,9 @@ fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {
         byId('fold').click(); found.again = raster.laid().length;\n\
         found.phases = [...document.querySelector('.phases').querySelectorAll('dd')].every((dd) => dd.textContent.length > 10);\n\
         found.said = page.timeline.content.modules.find(({ name }) => name === 'phase').names.filter(\n\
-            (name) => ![...document.querySelectorAll('.phases dt')].some((dt) => dt.textContent === name));";
+            (name) => ![...document.querySelectorAll('.phases dt')].some((dt) => dt.textContent === name));\n\
+        found.foreign = [...document.querySelectorAll('.phases dt')].map((dt) => dt.textContent).filter((name) => !page.timeline.content.modules\n\
+            .find(({ name }) => name === 'phase').names.includes(name));";
     for width in [1366, 390] {
         let found = opened_in(&Window { width, dark: false }, &page, script);
         assert_eq!((&found["view"][0], &found["view"][1]), (&0.into(), &found["duration"]));
@@ -596,6 +653,11 @@ fn the_planner_is_shown_over_the_whole_episode_and_rasters_are_folded() {
         assert!(number(&found["all"]) > 1500.0 && number(&found["box"]) <= 520.0, "{found}");
         assert!(number(&found["page"]) < 8000.0, "{found}");
         assert_eq!((&found["phases"], &found["said"]), (&true.into(), &serde_json::json!([])));
+        assert_eq!(
+            found["foreign"],
+            serde_json::json!([]),
+            "phases that this planner does not have"
+        );
     }
 }
 

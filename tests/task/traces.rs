@@ -117,3 +117,16 @@ fn a_written_trace_reads_back_as_it_was_observed() {
     let end = lines[5].end.as_ref().map(|e| (e.simulated_s, e.lost.len()));
     assert_eq!(end, Some((2.0, 1)));
 }
+
+#[test]
+fn a_jig_that_another_hand_turned_is_said_to_be_turned() {
+    let turned = |degrees: f64| {
+        let half = degrees.to_radians() / 2.0;
+        Pose { orientation: [0.0, 0.0, half.sin(), half.cos()], ..Pose::at([0.2, 0.1, 0.0]) }
+    };
+    let from = Pose::at([0.1, 0.1, 0.0]);
+    let said = |to| Displaced::new(1.0, "jig", "the jig", from, Some(to)).words;
+    let moved = "another hand, not the robot, moved the jig from (100, 100, 0) to (200, 100, 0) mm";
+    assert_eq!(said(turned(-35.0)), format!("{moved} and turned it by 35 degrees"));
+    assert_eq!(said(turned(0.3)), moved);
+}

@@ -118,3 +118,23 @@ fn what_lies_above_another_is_not_on_the_thing_below() {
     assert!(said("pad", [0.025, 0.035]).iter().all(|words| words.contains(" on a pad")));
     assert!(said("shelf", [0.025, 0.325]).iter().all(|words| words.contains(" on a shelf")));
 }
+
+#[test]
+fn a_part_in_a_box_on_another_face_is_not_said_to_be_in_its_start_area() {
+    use crate::task::domain::{Fact, RelationalDomain};
+    let learned = include_bytes!("../fixtures/learned/flange.json");
+    let domain = RelationalDomain::parse(learned, "flange.json").expect("a domain");
+    let state = domain.state("BOLT_AT_START").expect("a state");
+    let fact = Fact { state, place: 0, reference: None };
+    let within = domain.states[state].places[0].pose();
+    let away = |m: f64| {
+        let [x, y, z] = within.position;
+        Pose { position: [x - m, y, z], ..within }
+    };
+    let names = ["bolt 0".to_owned()];
+    let said = |pose: &Pose, first: &Pose| domain.whereabouts(&fact, 0, &names, [pose, first]);
+    assert_eq!(said(&within, &away(0.05)), "bolt 0 is in its start area");
+    assert_eq!(said(&away(0.6), &within), "bolt 0 is outside its start area");
+    // The demonstrations seldom show all of the area: where it stood at first is in it.
+    assert_eq!(said(&away(0.6), &away(0.6)), "bolt 0 is in its start area");
+}

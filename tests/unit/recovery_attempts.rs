@@ -8,7 +8,7 @@ fn what() -> Intent {
 
 fn tried(attempts: &mut Attempts, index: usize, outcome: SkillOutcome, effect: bool) {
     attempts.begin(Attempt::begun(what(), Means::Task(index), Pose::at([0.0; 3]), false));
-    attempts.end(outcome);
+    attempts.end(outcome, |_| None);
     attempts.settle(|_| effect);
 }
 
@@ -40,7 +40,7 @@ fn an_action_without_effect_is_not_tried_a_third_time_until_something_changes() 
     for (effect, worn) in [(false, Some(AttemptEnd::NoEffect)), (true, None)] {
         let means = Means::Task(0);
         attempts.begin(Attempt::begun(clear.clone(), means, Pose::at([0.0; 3]), true));
-        attempts.end(SkillOutcome::Placed);
+        attempts.end(SkillOutcome::Placed, |_| None);
         attempts.settle(|_| effect);
         assert_eq!(attempts.worn_out(&what(), Means::Task), worn);
     }
@@ -55,10 +55,33 @@ fn a_detour_that_failed_the_same_way_twice_is_not_repeated_from_the_same_pose() 
     for _ in 0..2 {
         assert!(attempts.may_detour(&push, &here));
         attempts.begin(Attempt::begun(push.clone(), Means::Push(0), here, true));
-        attempts.end(SkillOutcome::Blocked);
+        attempts.end(SkillOutcome::Blocked, |_| None);
         attempts.settle(|_| false);
     }
     assert!(!attempts.may_detour(&push, &here));
     assert!(attempts.may_detour(&push, &there));
     assert!(attempts.may_detour(&Intent::detour(RecoveryKind::Regrasp, 3), &here));
+}
+
+#[test]
+fn a_part_that_another_hand_took_is_not_said_to_have_missed_its_state() {
+    let [here, there] = [0.0, 0.05].map(|x| Pose::at([x, 0.0, 0.0]));
+    let told = |outcome, part: &Pose, target: &Pose| {
+        let mut attempts = Attempts::default();
+        let attempt = Attempt::begun(what(), Means::Task(0), here, false);
+        attempts.begin(Attempt { target: Some(here), ..attempt });
+        assert_eq!(attempts.unsettled(), None);
+        attempts.end(outcome, |_| Some(here));
+        let attempt = attempts.unsettled().expect("its end is not known");
+        attempt.meddled = attempt.meddled(Some(part), Some(target));
+        attempts.settle(|_| false);
+        attempts.last().and_then(Attempt::failure_in_words).expect("it failed")
+    };
+    let placed = SkillOutcome::Placed;
+    assert_eq!(told(placed, &there, &here), "was put down; something moved it afterwards");
+    assert_eq!(told(placed, &here, &there), "was put down; its target had moved meanwhile");
+    let missed = "was put down but did not get into the intended state";
+    assert_eq!(told(placed, &here, &here), missed);
+    // What was dropped may still roll.
+    assert_eq!(told(SkillOutcome::Dropped, &there, &here), "was dropped");
 }

@@ -14,7 +14,9 @@ use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::look::{fewer, look, loose, misses, position, read, target_json, wanted};
+use crate::cli::look::{
+    fewer, in_metres, look, loose, misses, position, read, target_json, wanted,
+};
 use crate::cli::options::PlannerArgs;
 use crate::cli::output::{Place, Progress, warn};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
@@ -47,6 +49,9 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
         Err(error) => ScenePlan::impossible(&error),
     };
     drop(progress);
+    if matches!(plan.end, SceneEnd::Stuck(_)) && plan.moves.is_empty() {
+        in_metres(&scene)?;
+    }
     let planner = &args.planner;
     let first = first(&plan, &planned);
     let shown = Shown {

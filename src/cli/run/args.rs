@@ -6,7 +6,10 @@ use clap::Args;
 use symbolt::task::learn::Method;
 use symbolt::task::planner::PlannerKind;
 
-use crate::cli::options::{Common, DemoArgs, METHODS, PlannerArgs, named, number, whole};
+use crate::cli::options::{Common, DemoArgs, METHODS, PlannerArgs, named, number, whole, within};
+
+/// Greatest number of episodes. Long ones take 22 kB of the trace each, and `report` reads 32 MiB.
+const MAX_EPISODES: usize = 1_000;
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RunArgs {
@@ -21,12 +24,12 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "METHOD", default_value = "relational", value_parser = named(&METHODS))]
     pub method: Method,
     /// Number of episodes after learning, at most 1000
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<usize>)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = within(1..=MAX_EPISODES))]
     pub episodes: usize,
     /// Episode to record for the report, with frames, activity and spikes;
     /// counted from 1
     #[arg(verbatim_doc_comment, long, alias = "film", value_name = "N")]
-    #[arg(default_value_t = 1, value_parser = whole::<usize>)]
+    #[arg(default_value_t = 1, value_parser = within(1..=MAX_EPISODES))]
     pub record_episode: usize,
     /// Nuts in each episode, 1 to 4 [default: as in --config, or 1]
     #[arg(long, value_name = "N", value_parser = whole::<usize>)]

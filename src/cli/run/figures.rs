@@ -13,6 +13,7 @@ use symbolt::task::Demonstrated;
 use symbolt::task::event::{Ended, EpisodeReport, InNoState};
 use symbolt::task::execute::ActivityRecorder;
 use symbolt::task::learn::Learned;
+use symbolt::task::planner::PlannerSpec;
 use symbolt::task::tasks::Task;
 
 use super::args::RunArgs;
@@ -60,7 +61,7 @@ impl Figures<'_> {
     ) -> RunFacts {
         let (format, version) = RunFacts::FORMAT;
         let (modules, populations) = RunFacts::of_activity(activity);
-        let spec = args.planner.spec();
+        let spec = PlannerSpec { absent: args.planner.absent, ..args.planner.spec() };
         RunFacts {
             format: format.into(),
             version,
@@ -70,14 +71,7 @@ impl Figures<'_> {
             goal: self.learned.domain.goals_in_symbols(),
             goal_words: self.learned.domain.goals_in_words().unwrap_or_default(),
             mode: args.planner.mode.clone(),
-            planner: json!({
-                "name": args.planner.kind().name(),
-                "dimensions": spec.dimensions,
-                "max_similarity": spec.max_similarity,
-                "absent": args.planner.absent,
-                "first": args.planner.first,
-                "products": args.planner.products,
-            }),
+            planner: RunFacts::planner_settings(args.planner.kind(), &spec),
             task: task.name().into(),
             scene: task.settings(),
             scene_seed: scene_seed.value(),
@@ -222,7 +216,7 @@ impl Figures<'_> {
             let _ = writeln!(text, "{grid}");
         }
         if !tally.failed_skills.is_empty() {
-            let mut grid = Grid::new(&["re-planned after", "outcome", ">times"]);
+            let mut grid = Grid::new(&["step that broke off", "outcome", ">times"]);
             for ((action, outcome), times) in &tally.failed_skills {
                 let words = self.words.of_symbol(action).to_owned();
                 grid.row([words, outcome.clone(), times.to_string()]);
@@ -284,7 +278,7 @@ impl Figures<'_> {
             ("neither assembled nor taken as met", tally.unsolved().to_string()),
             ("picks", tally.picks.to_string()),
             ("drops", tally.drops.to_string()),
-            ("re-plans after a failed step", tally.replans.to_string()),
+            ("steps that broke off", tally.replans.to_string()),
             ("parts that ended up in no state", tally.unexplained.to_string()),
             ("largest slip in the gripper, mm", format!("{:.2}", 1e3 * tally.slip_m)),
             ("decision, simulated ms, median", ms(0.5)),

@@ -51,8 +51,6 @@ const OTHER_FRAME_MS: u64 = 200;
 /// Number of the first episodes that may be filmed, and greatest number of other episodes whose frames are written. Those
 /// that failed go before the rest.
 const FILMED: (usize, usize) = (100, 20);
-/// Greatest number of episodes. Long ones take 22 kB of the trace each, and `report` reads 32 MiB.
-const MAX_EPISODES: usize = 1_000;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Error> {
     if args.demos.task.listed() {
@@ -212,11 +210,6 @@ fn teach(
 fn check(args: &RunArgs) -> Result<(), Error> {
     args.planner.check()?;
     args.demos.check(false)?;
-    let expected = format!("1 to {MAX_EPISODES}");
-    ensure!(
-        (1..=MAX_EPISODES).contains(&args.episodes),
-        BadArgument::range("--episodes", args.episodes, &expected)
-    );
     let least = if args.episodes > 1 { "1 to " } else { "" };
     let expected = format!("{least}{}, the number of --episodes", args.episodes);
     ensure!(

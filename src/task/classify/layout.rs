@@ -62,6 +62,11 @@ impl Layout {
         of.fact_in_words(fact, object, &self.object_names())
     }
 
+    /// Returns the pose of the object with this id.
+    pub(crate) fn pose(&self, id: &str) -> Option<&Pose> {
+        self.object(id).map(|index| &self.objects[index].pose)
+    }
+
     /// Returns the index of the object with this id.
     pub fn object(&self, id: &str) -> Option<usize> {
         self.objects.iter().position(|o| &*o.id == id)

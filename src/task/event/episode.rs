@@ -75,7 +75,8 @@ pub struct Landed {
     pub as_planned: bool,
     /// Name of the state in which the part is; `None` if it is in none.
     pub state: Option<String>,
-    /// Where the part is: a statement such as `cup 0 is in the drawer`, or which state it nearly is in.
+    /// Where the part is: a statement such as `cup 0 is in the drawer`, or which state it nearly is in. If it is not as planned,
+    /// also what moved while the robot did not hold it.
     pub words: String,
     /// Distance from the target, in millimetres; `None` if the part is out of sight.
     pub off_mm: Option<f64>,
@@ -229,8 +230,18 @@ impl Displaced {
         let at = |pose: &Pose| {
             pose.position.map(|m| format!("{:.0}", (1e3 * m).round() + 0.0)).join(", ")
         };
+        let turned = |to: &Pose| {
+            let degrees = from.rotation().angle_to(&to.rotation()).to_degrees().round();
+            if degrees < 1.0 {
+                String::new()
+            } else {
+                format!(" and turned it by {degrees} degrees")
+            }
+        };
         let what = match &to {
-            Some(to) => format!("moved {name} from ({}) to ({}) mm", at(&from), at(to)),
+            Some(to) => {
+                format!("moved {name} from ({}) to ({}) mm{}", at(&from), at(to), turned(to))
+            }
             None => format!("took {name} away from ({}) mm", at(&from)),
         };
         let words = format!("another hand, not the robot, {what}");

@@ -187,7 +187,10 @@ impl Live {
     /// Remembers an attempt that begins.
     pub fn note(&mut self, what: &Intent, means: Means, detour: bool) {
         let start = self.cell.sensed().part(what.part).unwrap_or(Pose::at([0.0; 3]));
-        self.attempts.begin(Attempt::begun(what.clone(), means, start, detour));
+        let layout = self.memory.as_ref();
+        let target = what.reference.as_deref().and_then(|id| layout?.pose(id).copied());
+        let attempt = Attempt::begun(what.clone(), means, start, detour);
+        self.attempts.begin(Attempt { target, ..attempt });
     }
 
     /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
@@ -213,9 +216,8 @@ impl Live {
         }
         let last =
             self.attempts.last().filter(|a| !a.detour && a.what.action == choice.what.action);
-        if let Some((last, how)) = last.and_then(|a| Some((a, a.failure()?))) {
-            let why =
-                format!("{} {}", places::name(&self.cell.sensed(), last.what.part), how.text());
+        if let Some((last, how)) = last.and_then(|a| Some((a, a.failure_in_words()?))) {
+            let why = format!("{} {how}", places::name(&self.cell.sensed(), last.what.part));
             if last.what != choice.what {
                 return recovery(differs(&last.what), why);
             }

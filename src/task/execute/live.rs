@@ -130,7 +130,8 @@ impl Live {
             if let Some(decided) = self.log.decisions.last_mut() {
                 decided.skill = Some(report);
             }
-            self.attempts.end(report.outcome);
+            let sensed = self.cell.sensed();
+            self.attempts.end(report.outcome, |part| sensed.part(part));
             self.phase = Phase::Rest { left: REST };
         }
         if let Some(every) = tools.spec.frame_ms
@@ -148,15 +149,21 @@ impl Live {
     fn look(&mut self, tools: &Tools<'_>) {
         let seen = self.cell.look();
         let belief = tools.model.look(&seen, &mut self.memory);
-        if let (Some(decided), Some(layout)) = (self.log.decisions.last_mut(), &self.memory)
+        let (sensed, memory) = (self.cell.sensed(), self.memory.as_ref());
+        let meddled = self.attempts.unsettled().and_then(|attempt| {
+            let target = attempt.what.reference.as_deref().and_then(|id| memory?.pose(id));
+            attempt.meddled = attempt.meddled(sensed.part(attempt.what.part).as_ref(), target);
+            attempt.meddled
+        });
+        if let (Some(decided), Some(layout)) = (self.log.decisions.last_mut(), memory)
             && decided.skill.is_some()
             && decided.landed.is_none()
             && !decided.is_detour()
         {
             let chosen = decided.chosen.as_ref();
-            decided.landed = chosen.and_then(|chosen| tools.model.landed(chosen, layout));
+            decided.landed =
+                chosen.and_then(|own| tools.model.landed(own, layout, &self.homes, meddled));
         }
-        let (sensed, memory) = (self.cell.sensed(), self.memory.as_ref());
         self.attempts.settle(|attempt| match attempt.detour {
             true => sensed.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),
             false => tools.model.took_effect(&attempt.what, memory),

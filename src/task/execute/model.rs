@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::EpisodeSpec;
 use super::guess::{UNSEEN_M, assumed, is_loose};
-use super::recovery::attempts::{Attempts, Intent};
+use super::recovery::attempts::{Attempts, Intent, Meddled};
 use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
 use crate::task::classify::{Classifier, Layout};
@@ -295,25 +295,40 @@ impl TaskModel {
         })
     }
 
-    /// Returns where the part of a move is; `None` if it is not known.
-    pub fn landed(&self, chosen: &Chosen, layout: &Layout) -> Option<Landed> {
+    /// Returns where the part of a move is; `None` if it is not known. `homes` are the poses in which the parts were first seen;
+    /// `meddled` is what moved meanwhile.
+    pub fn landed(
+        &self,
+        chosen: &Chosen,
+        layout: &Layout,
+        homes: &[Option<Pose>],
+        meddled: Option<Meddled>,
+    ) -> Option<Landed> {
         let own = layout.objects.iter().position(|object| *object.id == *chosen.object)?;
         let (pose, located) = (&layout.objects[own].pose, layout.located.get(own)?);
-        let in_words = |fact: &Fact| layout.fact_in_words(&self.domain, own, fact);
-        let words = match (&located.fact, &located.miss) {
-            (Some(fact), _) => in_words(fact),
+        let home = self.objects.get(own).and_then(|(_, part)| homes.get((*part)?)?.as_ref());
+        let names = layout.object_names();
+        let mut words = match (&located.fact, &located.miss) {
+            (Some(fact), _) => {
+                self.domain.whereabouts(fact, own, &names, [pose, home.unwrap_or(pose)])
+            }
             (None, Some(miss)) => {
                 let nearest = &self.domain.states[miss.nearest.state].name;
-                let words = in_words(&miss.nearest);
+                let words = self.domain.fact_in_words(&miss.nearest, own, &names);
                 InNoState::new(&chosen.object, nearest, &miss.offset, words).to_string()
             }
-            (None, None) => "out of sight".into(),
+            (None, None) => format!("{} is out of sight", names[own]),
         };
+        let as_planned =
+            self.is_effect(&chosen.operator, located.fact, chosen.reference.as_deref());
+        if let Some(meddled) = meddled.filter(|_| !as_planned) {
+            words = format!("{words}; {}", meddled.text());
+        }
         let seen = located.fact.is_some() || located.miss.is_some();
         let off_m = pose.position.iter().zip(&chosen.target.position);
         let off_m = off_m.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         Some(Landed {
-            as_planned: self.is_effect(&chosen.operator, located.fact, chosen.reference.as_deref()),
+            as_planned,
             state: located.fact.map(|fact| self.domain.states[fact.state].name.clone()),
             words,
             // To the nearest micrometre: the number is for people, and is written and read as text.

@@ -29,6 +29,9 @@ const COVERS: &[&str] = &["cap", "cover", "lid", "top"];
 const OPENABLE: &[&str] =
     &["door", "drawer", "flap", "gate", "hatch", "lid", "shutter", "slide", "window"];
 
+/// What is said of a state whose objects were found in an area.
+pub(super) const IN_START_AREA: &str = "in its start area";
+
 /// Offset across a frame above which an object lies beside it, and below which it is centred, in metres.
 const BESIDE_M: f64 = 0.04;
 const CENTRED_M: f64 = 0.02;
@@ -246,7 +249,7 @@ fn first(state: &FrameState) -> Described {
         }
         Frame::World => {
             let rest = match (found, is_region(state), several) {
-                (true, true, _) => "in its start area",
+                (true, true, _) => IN_START_AREA,
                 (true, false, false) => "at its start place",
                 (true, false, true) => "at one of its start places",
                 (false, true, _) => "in its target area",
@@ -394,7 +397,7 @@ fn turned(states: &[FrameState], group: &[usize], all: &mut [Described]) {
         }
     }
     if any && states[base].frame == Frame::World && states[base].origin == Origin::Found {
-        all[base].rest = "as it was at the start".into();
+        all[base].rest = "turned as at the start".into();
     }
 }
 

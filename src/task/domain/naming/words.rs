@@ -5,12 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::nouns::{is_only, noun};
 use super::statement::{MAX_SENTENCE, Statement, with_object, with_reference};
-use super::states::{Described, describe, named_landmark};
+use super::states::{Described, IN_START_AREA, describe, named_landmark};
+use crate::robot::Pose;
 use crate::sim::is_plain;
-use crate::task::domain::state::{Coordinate, Turn};
+use crate::task::domain::state::{Coordinate, ROOMY_M, Turn};
 use crate::task::domain::{
-    Before, Condition, Fact, FrameState, GoalTerm, Need, NeedVerdict, Quantity, RelationalDomain,
-    RelationalOperator, Role, SideEffect, Subject,
+    Before, Condition, Fact, Frame, FrameState, GoalTerm, Need, NeedVerdict, Origin, Place,
+    Quantity, RelationalDomain, RelationalOperator, Role, SideEffect, Subject,
 };
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, find};
@@ -157,6 +158,39 @@ impl RelationalDomain {
             _ => statement,
         };
         statement.about(&objects[object])
+    }
+
+    /// Returns where an object is: the statement that it is in a state, as [`fact_in_words`](Self::fact_in_words) says it. What was
+    /// moved out of the area in which it was found still counts as found there if it lies as high: then it is said to be outside.
+    /// `first` is the pose in which it was first seen.
+    ///
+    /// # Panics
+    /// If there is no such object or state.
+    pub(crate) fn whereabouts(
+        &self,
+        fact: &Fact,
+        object: usize,
+        objects: &[String],
+        [pose, first]: [&Pose; 2],
+    ) -> String {
+        let words = self.fact_in_words(fact, object, objects);
+        match self.has_left(fact, [pose, first]) {
+            true => words.replacen(IN_START_AREA, "outside its start area", 1),
+            false => words,
+        }
+    }
+
+    /// Returns whether an object that counts as found in an area was moved to where none was seen.
+    pub(crate) fn has_left(&self, fact: &Fact, [pose, first]: [&Pose; 2]) -> bool {
+        let state = &self.states[fact.state];
+        let within = |place: &Place| {
+            let mut all = place.coordinates.iter().zip(pose.position);
+            all.all(|(c, x)| {
+                c.room().is_none_or(|(low, high)| (low - ROOMY_M..=high + ROOMY_M).contains(&x))
+            })
+        };
+        let found = state.origin == Origin::Found && state.frame == Frame::World;
+        found && first.distance(pose) > ROOMY_M && !state.places.iter().any(within)
     }
 
     /// Returns that so many objects are in a state, such as `2 cups are in a drawer`.

@@ -99,6 +99,25 @@ impl AttemptEnd {
     }
 }
 
+/// What moved while the robot did not hold it, so that an attempt came to nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(in crate::task::execute) enum Meddled {
+    /// The part, after the robot had let go of it.
+    Part,
+    /// The reference, after the robot had begun.
+    Target,
+}
+
+impl Meddled {
+    /// Returns a clause on it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Part => "something moved it afterwards",
+            Self::Target => "its target had moved meanwhile",
+        }
+    }
+}
+
 /// One attempt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::task::execute) struct Attempt {
@@ -106,6 +125,12 @@ pub(in crate::task::execute) struct Attempt {
     pub means: Means,
     /// Pose of the part at the beginning.
     pub start: Pose,
+    /// Pose of the reference at the beginning; `None` if there is none.
+    pub target: Option<Pose>,
+    /// Pose in which the skill left the part; `None` while it runs.
+    pub left: Option<Pose>,
+    /// What moved meanwhile, found at the look after the skill.
+    pub meddled: Option<Meddled>,
     /// Outcome of the skill; `None` while it runs.
     pub skill: Option<SkillOutcome>,
     /// How it ended; `None` until the look after the skill.
@@ -116,7 +141,29 @@ pub(in crate::task::execute) struct Attempt {
 
 impl Attempt {
     pub fn begun(what: Intent, means: Means, start: Pose, detour: bool) -> Self {
-        Self { what, means, start, skill: None, how: None, detour }
+        let (target, left, meddled) = (None, None, None);
+        Self { what, means, start, target, left, meddled, skill: None, how: None, detour }
+    }
+
+    /// Returns what has moved meanwhile, given where the part and the reference are at the look after the skill.
+    pub fn meddled(&self, part: Option<&Pose>, target: Option<&Pose>) -> Option<Meddled> {
+        let moved = |was: &Option<Pose>, is: Option<&Pose>| {
+            was.as_ref().zip(is).is_some_and(|(was, is)| !near(was, is))
+        };
+        // What was dropped may still roll.
+        let placed = self.skill == Some(SkillOutcome::Placed);
+        let part = (placed && moved(&self.left, part)).then_some(Meddled::Part);
+        part.or_else(|| moved(&self.target, target).then_some(Meddled::Target))
+    }
+
+    /// Returns how the attempt failed, in words that follow the name of the part; `None` if it did not.
+    pub fn failure_in_words(&self) -> Option<String> {
+        let how = self.failure()?;
+        Some(match (self.meddled, how) {
+            (Some(meddled), AttemptEnd::NoEffect) => format!("was put down; {}", meddled.text()),
+            (Some(meddled), _) => format!("{}; {}", how.text(), meddled.text()),
+            (None, _) => how.text().into(),
+        })
     }
 
     /// Returns how the attempt failed; `None` if it did not.
@@ -148,11 +195,16 @@ impl Attempts {
         self.all.push(attempt);
     }
 
-    /// Notes how the skill of the last attempt ended.
-    pub fn end(&mut self, outcome: SkillOutcome) {
+    /// Notes how the skill of the last attempt ended, and where it left the part.
+    pub fn end(&mut self, outcome: SkillOutcome, left: impl FnOnce(usize) -> Option<Pose>) {
         if let Some(last) = self.all.last_mut().filter(|a| a.skill.is_none()) {
-            last.skill = Some(outcome);
+            (last.skill, last.left) = (Some(outcome), left(last.what.part));
         }
+    }
+
+    /// Returns the attempt whose skill is over, and of which it is not known yet how it ended.
+    pub fn unsettled(&mut self) -> Option<&mut Attempt> {
+        self.all.last_mut().filter(|a| a.skill.is_some() && a.how.is_none())
     }
 
     /// Notes how the last attempt ended, if its skill is over. `took_effect` says whether a skill that placed its part
