@@ -17,6 +17,7 @@ use super::poles;
 use super::solve::{Points, Special};
 use super::solved::SolvedModel;
 use super::tuning::{Tuning, TuningError};
+use super::turn::Turn;
 use crate::sim::{Fingerprint, Seed, fnv1a};
 
 /// Builds the populations of one layer, for [`Layer::neural`](super::Layer::neural).
@@ -43,13 +44,16 @@ pub(super) struct Outputs {
     pub tuned: bool,
     /// Factor on the regularisation of the tuning.
     pub regularisation: f64,
+    /// So many ensembles are drawn and solved for. The others are these, turned.
+    pub distinct: usize,
 }
 
 impl Outputs {
     /// One function of some width, from neurons that are drawn by the tuning.
     fn tuned(width: usize) -> Self {
         let functions = vec![("out".into(), width)];
-        Self { functions, special: Vec::new(), tuned: true, regularisation: 1.0 }
+        let (special, distinct) = (Vec::new(), usize::MAX);
+        Self { functions, special, tuned: true, regularisation: 1.0, distinct }
     }
 }
 
@@ -269,7 +273,12 @@ impl PopulationBuilder<'_> {
         if mirrored {
             marks.extend([low, high, regularisation]);
         }
-        let outputs = Outputs { regularisation, ..Outputs::tuned(dims) };
+        // The corners that are Hadamard encoders stay corners only.
+        let distinct = if hadamard { usize::MAX } else { tuning.distinct_ensembles };
+        if distinct < ensembles {
+            marks.push(distinct as f64);
+        }
+        let outputs = Outputs { regularisation, distinct, ..Outputs::tuned(dims) };
         self.bank((shape, partition), "pointer", &marks, outputs, move |_, seed| {
             let mut rng = seed.rng();
             let mut neurons = spec.directions(&shape, &mut rng)?;
@@ -317,14 +326,30 @@ impl PopulationBuilder<'_> {
             (None, own) => {
                 let dt_s = self.dt_s;
                 let regularisation = tuning.regularisation * outputs.regularisation;
-                let (model, special) = (&**model, &*outputs.special);
-                let recipe =
-                    Recipe { model, dt_s, shape, regularisation, seed, fingerprint, own, special };
+                let (model, special, distinct) = (&**model, &*outputs.special, outputs.distinct);
+                let recipe = Recipe {
+                    model,
+                    dt_s,
+                    shape,
+                    regularisation,
+                    seed,
+                    fingerprint,
+                    own,
+                    special,
+                    distinct,
+                };
                 Arc::new(recipe.solve(&draft)?)
             }
         };
-        let Outputs { functions, special, .. } = outputs;
-        let draft = Box::new(move |ensemble| draft(ensemble, ensemble_seed(seed, ensemble)));
+        let Outputs { functions, special, distinct, .. } = outputs;
+        let draft = Box::new(move |ensemble: usize| {
+            let first = if distinct < shape.ensembles { ensemble % distinct } else { ensemble };
+            let drawn = draft(first, ensemble_seed(seed, first))?;
+            if first == ensemble {
+                return Ok(drawn);
+            }
+            Ok(Turn::of(ensemble_seed(seed, ensemble), shape.dims).draft(&drawn))
+        });
         let origin = Arc::new(Origin { functions, special, draft });
         Ok(Ensembles { bank: Bank::new(solved, model.clone(), self.dt_s), partition, origin })
     }

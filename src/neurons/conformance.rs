@@ -10,10 +10,9 @@ use std::sync::Arc;
 
 use ndarray::{Array2, Ix1, Ix2};
 
-use super::bank::{Bank, Draft, LaidOut, Shape, Solved};
+use super::bank::{Bank, LaidOut, Shape, Solved};
 use super::draw::Neurons;
 use super::models::Lif;
-use super::solve::Points;
 use crate::files::npz::NpzReader;
 use crate::sim::{Real, SimDuration, lowpass_decay};
 
@@ -102,9 +101,7 @@ fn bank(population: &Population, lif: Lif) -> Bank {
     let Population { neurons, decoders, outputs, .. } = population;
     let (count, dims) = (neurons.count(), neurons.dims);
     let shape = Shape { ensembles: 1, neurons: count, dims, outputs: *outputs, hadamard: false };
-    let points = Points { values: Vec::new(), wanted: Vec::new(), outputs: *outputs };
-    let draft = Draft { neurons: neurons.clone(), radius: 1.0, points };
-    let ensemble = LaidOut::lay_out(&draft, decoders, (&lif, DT_S), shape);
+    let ensemble = LaidOut::lay_out((neurons, 1.0), decoders, (&lif, DT_S), shape);
     Bank::new(Arc::new(Solved::assemble(shape, &[ensemble])), Arc::new(lif), DT_S)
 }
 

@@ -110,6 +110,7 @@ mod solved;
 mod theory;
 mod traffic;
 mod tuning;
+mod turn;
 
 pub use bank::{Ensembles, Work};
 pub use builder::{Components, Keep, Onset, Owner, PopulationBuilder, solver_signature};

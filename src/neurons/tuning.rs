@@ -81,6 +81,11 @@ pub struct Tuning {
     /// Greatest number of dimensions in one ensemble of a pointer. Each ensemble gets the greatest divisor of the
     /// width of the pointer up to this number. Default: 16.
     pub sub_dimensions: usize,
+    /// Greatest number of ensembles of a pointer that are drawn and solved for (at least 1). Default: 4. The others are
+    /// these, turned: each in a random direction of its own, with decoders that solve the turned equations exactly. They
+    /// share maximum rates and intercepts. With `usize::MAX` each is drawn by itself, and building a pointer of 256
+    /// dimensions takes about four times as long. Hadamard encoders are never turned.
+    pub distinct_ensembles: usize,
     /// Number of neurons per component of a function or of a represented vector. Default: 100.
     pub per_function: usize,
     /// Number of neurons per product. Each of its two squares gets half of them. Default: 200.
@@ -131,6 +136,7 @@ impl Default for Tuning {
             intercepts: [-1.0, 0.9],
             per_dimension: 50,
             sub_dimensions: 16,
+            distinct_ensembles: 4,
             per_function: 100,
             per_product: 200,
             per_item: 50,
@@ -166,6 +172,9 @@ impl Tuning {
             return Err(refuse("max_rates", said(self.max_rates), expected));
         }
         not_negative("item_spread", self.item_spread)?;
+        if self.distinct_ensembles == 0 {
+            return Err(refuse("distinct_ensembles", 0, "at least 1"));
+        }
         if !(rising(self.intercepts) && self.intercepts[0] >= -1.0 && self.intercepts[1] < 1.0) {
             let expected = "two numbers in rising order, at least -1 and below 1";
             return Err(refuse("intercepts", said(self.intercepts), expected));

@@ -260,6 +260,7 @@ fn settings_of_a_plan_are_refused_or_finite() {
         ("intercepts[0]", |v, t| t.intercepts[0] = v),
         ("intercepts[1]", |v, t| t.intercepts[1] = v),
         ("per_function", |v, t| t.per_function = v as usize),
+        ("distinct_ensembles", |v, t| t.distinct_ensembles = v as usize),
         ("item_spread", |v, t| t.item_spread = v),
         ("regularisation", |v, t| t.regularisation = v),
         ("scale", |v, t| t.scale = v),
@@ -276,7 +277,7 @@ fn settings_of_a_plan_are_refused_or_finite() {
     }
     tally.check(
         settings.len() * EXTREMES.len(),
-        Counts { refused: 115, ran: 45, diverged: 0, read: 17604 },
+        Counts { refused: 127, ran: 53, diverged: 0, read: 20804 },
     );
 }
 

@@ -19,4 +19,5 @@ mod reference_models;
 mod resonators;
 mod retrieval;
 mod tape;
+mod turned_ensembles;
 mod vocabularies;

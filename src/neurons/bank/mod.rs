@@ -53,6 +53,7 @@ use super::draw::Neurons;
 use super::models::{Firing, NeuronModel, Start, Variable};
 use super::solve::{self, Points, Special};
 use super::tuning::{TuningError, refuse};
+use super::turn::Turn;
 use crate::sim::{Real, Seed};
 
 pub use partition::Ensembles;
@@ -99,6 +100,8 @@ pub(crate) struct Recipe<'a> {
     pub own: Option<Vec<usize>>,
     /// Outputs with points or a solver of their own.
     pub special: &'a [Special],
+    /// So many ensembles are drawn and solved for. The others are these, turned.
+    pub distinct: usize,
 }
 
 #[cfg(test)]
@@ -106,7 +109,8 @@ impl<'a> Recipe<'a> {
     /// A recipe of the default regularisation and a fixed seed.
     pub fn of(model: &'a dyn NeuronModel, dt_s: f64, shape: Shape) -> Self {
         let (seed, fingerprint, own) = (Seed::new(1), 0, None);
-        Self { model, dt_s, shape, regularisation: 0.1, seed, fingerprint, own, special: &[] }
+        let (regularisation, special, distinct) = (0.1, &[][..], usize::MAX);
+        Self { model, dt_s, shape, regularisation, seed, fingerprint, own, special, distinct }
     }
 }
 
@@ -119,7 +123,8 @@ impl Recipe<'_> {
     /// Draws the neurons of a bank and solves for their decoders.
     ///
     /// `draft` makes one ensemble from its index and seed. Ensembles are solved in parallel; the result does not
-    /// depend on the number of threads. An ensemble does not depend on the others.
+    /// depend on the number of threads. An ensemble does not depend on the others, but for the one that it is a turned
+    /// copy of.
     pub fn solve(
         self,
         draft: impl Fn(usize, Seed) -> Result<Draft, TuningError> + Sync,
@@ -129,22 +134,37 @@ impl Recipe<'_> {
             return Err(refuse("neurons", shape.neurons, "at least 1 per ensemble"));
         }
         let all = || (0..shape.ensembles).collect();
+        let solve = |index: usize| {
+            let seed = ensemble_seed(seed, index);
+            let draft = draft(index, seed)?;
+            let (neurons, special) = ((model, &draft.neurons), self.special);
+            let decoders =
+                solve::solve_all(neurons, &draft.points, self.regularisation, special, seed)?;
+            Ok((draft, decoders))
+        };
+        let lay_out = |neurons: &Neurons, radius: f64, decoders: &[f64]| {
+            LaidOut::lay_out((neurons, radius), decoders, (model, self.dt_s), shape).checked()
+        };
+        // None is kept where each ensemble is its own.
+        let first = if self.distinct < shape.ensembles { self.distinct } else { 0 };
+        let first: Vec<(Draft, Vec<f64>)> =
+            (0..first).into_par_iter().map(solve).collect::<Result<_, TuningError>>()?;
         let solved: Vec<LaidOut> = self
             .own
             .clone()
             .unwrap_or_else(all)
             .into_par_iter()
             .map(|index| {
-                let seed = ensemble_seed(seed, index);
-                let draft = draft(index, seed)?;
-                let decoders = solve::solve_all(
-                    (model, &draft.neurons),
-                    &draft.points,
-                    self.regularisation,
-                    self.special,
-                    seed,
-                )?;
-                LaidOut::lay_out(&draft, &decoders, (model, self.dt_s), shape).checked()
+                if first.is_empty() {
+                    let (draft, decoders) = solve(index)?;
+                    return lay_out(&draft.neurons, draft.radius, &decoders);
+                }
+                let (draft, decoders) = &first[index % first.len()];
+                if index < first.len() {
+                    return lay_out(&draft.neurons, draft.radius, decoders);
+                }
+                let turn = Turn::of(ensemble_seed(seed, index), shape.dims);
+                lay_out(&turn.neurons(&draft.neurons), draft.radius, &turn.vectors(decoders))
             })
             .collect::<Result<_, TuningError>>()?;
         Ok(Solved {
@@ -370,7 +390,7 @@ pub(crate) struct LaidOut {
 impl LaidOut {
     /// Lays out one ensemble. `solved` holds the decoders of rates in Hz, one row per neuron.
     pub fn lay_out(
-        draft: &Draft,
+        (neurons, radius): (&Neurons, f64),
         solved: &[f64],
         (model, dt_s): (&dyn NeuronModel, f64),
         shape: Shape,
@@ -379,8 +399,7 @@ impl LaidOut {
         // The rate that one unit of activity stands for.
         let unit = if model.firing() == Firing::Rates { 1.0 } else { 1.0 / dt_s };
         let level = Some(model.rest_below()).filter(|level| level.is_finite()).unwrap_or(0.0);
-        let neurons = &draft.neurons;
-        let gains: Vec<f64> = neurons.gains.iter().map(|gain| gain / draft.radius).collect();
+        let gains: Vec<f64> = neurons.gains.iter().map(|gain| gain / radius).collect();
         let encoders = if shape.hadamard {
             hadamard::lay_out(&shape, &gains, &neurons.encoders)
         } else {
@@ -411,7 +430,7 @@ impl LaidOut {
             silencing = silencing.max(2.0 * most - level.min(0.0));
         }
         // A neuron of gain g and bias b gets at most g |x| / radius + |b| - 2 (g + |b|) + level, if level is below 0.
-        let quiet = (1.9 * draft.radius).powi(2) as Real;
+        let quiet = (1.9 * radius).powi(2) as Real;
         Self { encoders, biases, decoders, silencing: silencing as Real, quiet }
     }
 

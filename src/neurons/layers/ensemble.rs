@@ -451,6 +451,7 @@ impl Layer for Ensemble {
             special,
             tuned: settings.draws_rates_by_plan(),
             regularisation: 1.0,
+            distinct: usize::MAX,
         };
         let partition = builder.balance.partition(shape, 1);
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
