@@ -13,8 +13,8 @@ use super::motion::Came;
 /// onto a shelf or onto a stand goes to two places, not to two strips of the world.
 const COMMON: (f64, f64) = (8.0, 3.0);
 /// Smallest gap between two places, in metres and in standard deviations of careful placing.
-const PLACE_M: f64 = 2e-3;
-const PLACE_SD: f64 = 6.0;
+pub(super) const PLACE_M: f64 = 2e-3;
+pub(super) const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
 pub(super) const NUDGED: f64 = 0.1;
 /// Number of objects that come to a cluster by themselves, and their spread as a share of the way, from which and up to which it
@@ -296,13 +296,58 @@ impl Frames<'_, '_> {
         };
         let tight: BTreeSet<usize> =
             split.iter().flatten().filter(|group| careful(group)).map(|g| g.frame).collect();
+        let mean = |group: &Group| -> [f64; 3] {
+            let poses = group.rests.iter().filter_map(|rest| self.pose(*rest, group.frame));
+            let sum =
+                poses.fold([0.0; 3], |sum, p| std::array::from_fn(|i| sum[i] + p.position[i]));
+            sum.map(|s| s / group.rests.len() as f64)
+        };
+        let known = split.iter().flatten().filter(|group| careful(group));
+        let known: Vec<(usize, [f64; 3])> = known.map(|group| (group.frame, mean(group))).collect();
         let again = |mut places: Vec<Group>| match (places.pop(), places.is_empty()) {
             (Some(whole), true) if tight.contains(&whole.frame) => {
-                self.split(whole, likelihood, 0.0)
+                let places = self.split(whole, likelihood, 0.0);
+                places.into_iter().flat_map(|g| self.in_line(g, likelihood, &known)).collect()
             }
             (last, _) => places.into_iter().chain(last).collect(),
         };
         split.into_iter().map(again).collect()
+    }
+
+    /// Takes what was put apart for places of its own if each lies in line with places of its frame that are known, given with
+    /// their frames: the second row of a rack, of which a single demonstration shows each place once.
+    fn in_line(
+        &self,
+        group: Group,
+        likelihood: &Likelihood,
+        known: &[(usize, [f64; 3])],
+    ) -> Vec<Group> {
+        let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
+        let poses = group.rests.iter().map(|r| Some((*r, self.sums(*r, group.frame)?)));
+        let Some(poses) = poses.collect::<Option<Place>>() else { return vec![group] };
+        let put = group.rests.iter().all(|rest| self.was_put(*rest));
+        if !put || poses.len() < 2 || self.is_tight(&group, likelihood) {
+            return vec![group];
+        }
+        let (whole, extent) = (total(&poses), self.extent_in(group.frame));
+        let careful =
+            |i: &usize| likelihood.is_careful(poses.len(), &whole.position[*i], extent[*i]);
+        let open: Vec<usize> = (0..3).filter(|i| !careful(i)).collect();
+        let lined = |(_, one): &(usize, Sums), i: &usize| {
+            let of = known.iter().filter(|(frame, _)| *frame == group.frame);
+            of.into_iter().any(|(_, at)| (at[*i] - one.position[*i].low).abs() <= least / 2.0)
+        };
+        if !poses.iter().all(|one| open.iter().all(|i| lined(one, i))) {
+            return vec![group];
+        }
+        let (places, _) =
+            coincidences(poses, least, likelihood.scale_m, |r| self.motion.rests[r].demo);
+        let of = |place: &Place| Group {
+            rests: place.iter().map(|(rest, _)| *rest).collect(),
+            scores: group.scores.clone(),
+            ..group
+        };
+        places.iter().map(of).collect()
     }
 
     /// Returns whether the positions of a cluster agree as those of careful placing do.
@@ -448,7 +493,11 @@ impl Frames<'_, '_> {
                             found[c] == found[d] && beside(share(a, b)) && beside(share(c, d));
                         (may && apart(from_a, from_b) > CHANCE_BOTH).then_some((c, d))
                     };
-                    if alike && reached && !linked && share(a, b).is_some() {
+                    let layers = || {
+                        let (a, b) = (&groups[a], &groups[b]);
+                        self.are_layers(a, b) || self.are_layers(b, a)
+                    };
+                    if alike && reached && !linked && share(a, b).is_some() && !layers() {
                         join(&mut state, of_a, of_b);
                         merged = true;
                     } else if found[a]
