@@ -109,8 +109,10 @@ fn a_level_side_of_what_is_no_fixture_is_refused_by_name() {
 
 #[test]
 fn what_lies_about_is_not_found_in_a_strip_across_a_fixture() {
+    const THINGS: [(&str, f64); 5] =
+        [("large", 0.015), ("middle", 0.01), ("small", 0.006), ("mat", 0.0), ("tray", 0.0)];
     let mut strips = Vec::new();
-    for seed in 0..40 {
+    for seed in 0..120 {
         let mut draw = Draw(34_000 + seed);
         let demo = |_| {
             let anywhere = |draw: &mut Draw, z: f64| {
@@ -118,7 +120,7 @@ fn what_lies_about_is_not_found_in_a_strip_across_a_fixture() {
             };
             let rod = anywhere(&mut draw, 0.0);
             let mut all = vec![("rod", rod)];
-            for (kind, z) in [("large", 0.015), ("middle", 0.01), ("small", 0.006)] {
+            for (kind, z) in THINGS {
                 all.push((kind, anywhere(&mut draw, z)));
             }
             let place = |z: f64| on(&rod, &flat(0.0, 0.0, z, 0.0));
@@ -128,7 +130,7 @@ fn what_lies_about_is_not_found_in_a_strip_across_a_fixture() {
         let found = domain.states.iter().filter(|s| s.origin == Origin::Found);
         strips.extend(found.filter(|s| s.frame != Frame::World).map(|s| (seed, s.name.clone())));
     }
-    assert!(strips.len() <= 1, "of 120: {strips:?}");
+    assert!(strips.len() <= 2, "of 360: {strips:?}");
 }
 
 /// Bread, a leaf, cheese or ham, and bread again lie on each other on a plate.

@@ -314,6 +314,39 @@ impl Frames<'_, '_> {
         split.into_iter().map(again).collect()
     }
 
+    /// Gives what was put somewhere once to what was put just so several times beside something else: the second wagon of a train is
+    /// behind a wagon, as the third one is, and not at a place of its own behind the engine.
+    pub fn without_singles(&self, mut groups: Vec<Group>, likelihood: &Likelihood) -> Vec<Group> {
+        let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
+        let mut at = 0;
+        while at < groups.len() {
+            let single = Some(groups[at].rests[0]);
+            let single = single.filter(|rest| groups[at].rests.len() == 1 && self.was_put(*rest));
+            let fits = |other: &Group, rest: usize| {
+                let near = |one: &usize| {
+                    let (a, b) = (self.pose(*one, other.frame), self.pose(rest, other.frame));
+                    a.zip(b).is_some_and(|(a, b)| a.distance(&b) <= least)
+                };
+                other.frame > 0
+                    && other.rests.len() >= MEANT
+                    && other.rests.iter().all(|one| self.was_put(*one) && near(one))
+                    && self.is_tight(other, likelihood)
+                    && self.sums(rest, other.frame).is_some()
+            };
+            let home = single.and_then(|rest| groups.iter().position(|other| fits(other, rest)));
+            let Some(home) = home else {
+                at += 1;
+                continue;
+            };
+            let taken = groups.remove(at);
+            let home = &mut groups[if home > at { home - 1 } else { home }];
+            home.rests.extend(taken.rests);
+            home.scores.iter_mut().zip(taken.scores).for_each(|(a, b)| *a += b);
+            home.evidence += taken.evidence;
+        }
+        groups
+    }
+
     /// Takes what was put apart for places of its own if each lies in line with places of its frame that are known, given with
     /// their frames: the second row of a rack, of which a single demonstration shows each place once.
     fn in_line(

@@ -212,7 +212,7 @@ impl Frames<'_, '_> {
         let groups = groups.map(|group| self.without_far_areas(group, &likelihood)).collect();
         let split = self.split_all(groups, &likelihood).into_iter();
         let split = split.flat_map(|places| self.unstacked(places, frame)).collect();
-        (self.in_heaps(split, frame), likelihood.turns)
+        (self.without_singles(self.in_heaps(split, frame), &likelihood), likelihood.turns)
     }
 
     /// Makes one area of the places in which objects of a kind were found, if each was found at a place of its own, or if they are few
