@@ -9,7 +9,7 @@ use symbolt::task::planner::{PlannerBuild, ScenePlan};
 use symbolt::task::{Demonstration, ObjectPose, Snapshot};
 
 use super::modes::{Draw, recording, shown};
-use super::several_places::{at, flat, learned, noisy, objects, on, put};
+use super::several_places::{at, flat, learned, noisy, objects, on};
 
 /// Objects with their kinds and poses.
 type Things = Vec<(&'static str, Pose)>;
@@ -190,28 +190,4 @@ fn the_seldom_place_at_the_end_of_a_row_is_not_filled_first() {
         let off: Vec<f64> = off.collect();
         assert!(off.len() == 2 && off.iter().all(|m| *m < 1e-3), "{seed}: {off:?}");
     }
-}
-
-#[test]
-fn a_second_row_that_was_filled_once_has_the_places_of_the_first() {
-    let spots = [(-0.1, -0.025), (0.1, -0.025), (-0.1, 0.025), (0.1, 0.025)];
-    let mut draw = Draw(37_000);
-    let demo = |weights: usize| {
-        let scale = draw.fixture(0.0);
-        let mut all = vec![("scale", scale)];
-        all.extend((0..weights).map(|_| ("weight", draw.lying(0.02))));
-        let moves = spots.iter().take(weights).enumerate();
-        let moves = moves.map(|(k, (x, y))| (1 + k, on(&scale, &flat(*x, *y, 0.05, 0.0))));
-        let moves: Vec<(usize, Pose)> = moves.collect();
-        shown(objects(&all), &moves)
-    };
-    let domain = learned(&recording([2, 2, 4, 2, 2].map(demo).into_iter()));
-    let places: usize = put(&domain, "weight").iter().map(|state| state.places.len()).sum();
-    assert_eq!(places, 4, "{:#?}", put(&domain, "weight"));
-    assert!(
-        put(&domain, "weight")
-            .iter()
-            .flat_map(|s| &s.places)
-            .all(|p| { p.coordinates.iter().all(|c| !c.is_open()) })
-    );
 }

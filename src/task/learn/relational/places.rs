@@ -296,18 +296,9 @@ impl Frames<'_, '_> {
         };
         let tight: BTreeSet<usize> =
             split.iter().flatten().filter(|group| careful(group)).map(|g| g.frame).collect();
-        let mean = |group: &Group| -> [f64; 3] {
-            let poses = group.rests.iter().filter_map(|rest| self.pose(*rest, group.frame));
-            let sum =
-                poses.fold([0.0; 3], |sum, p| std::array::from_fn(|i| sum[i] + p.position[i]));
-            sum.map(|s| s / group.rests.len() as f64)
-        };
-        let known = split.iter().flatten().filter(|group| careful(group));
-        let known: Vec<(usize, [f64; 3])> = known.map(|group| (group.frame, mean(group))).collect();
         let again = |mut places: Vec<Group>| match (places.pop(), places.is_empty()) {
             (Some(whole), true) if tight.contains(&whole.frame) => {
-                let places = self.split(whole, likelihood, 0.0);
-                places.into_iter().flat_map(|g| self.in_line(g, likelihood, &known)).collect()
+                self.split(whole, likelihood, 0.0)
             }
             (last, _) => places.into_iter().chain(last).collect(),
         };
@@ -345,42 +336,6 @@ impl Frames<'_, '_> {
             home.evidence += taken.evidence;
         }
         groups
-    }
-
-    /// Takes what was put apart for places of its own if each lies in line with places of its frame that are known, given with
-    /// their frames: the second row of a rack, of which a single demonstration shows each place once.
-    fn in_line(
-        &self,
-        group: Group,
-        likelihood: &Likelihood,
-        known: &[(usize, [f64; 3])],
-    ) -> Vec<Group> {
-        let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
-        let poses = group.rests.iter().map(|r| Some((*r, self.sums(*r, group.frame)?)));
-        let Some(poses) = poses.collect::<Option<Place>>() else { return vec![group] };
-        let put = group.rests.iter().all(|rest| self.was_put(*rest));
-        if !put || poses.len() < 2 || self.is_tight(&group, likelihood) {
-            return vec![group];
-        }
-        let (whole, extent) = (total(&poses), self.extent_in(group.frame));
-        let careful =
-            |i: &usize| likelihood.is_careful(poses.len(), &whole.position[*i], extent[*i]);
-        let open: Vec<usize> = (0..3).filter(|i| !careful(i)).collect();
-        let lined = |(_, one): &(usize, Sums), i: &usize| {
-            let of = known.iter().filter(|(frame, _)| *frame == group.frame);
-            of.into_iter().any(|(_, at)| (at[*i] - one.position[*i].low).abs() <= least / 2.0)
-        };
-        if !poses.iter().all(|one| open.iter().all(|i| lined(one, i))) {
-            return vec![group];
-        }
-        let (places, _) =
-            coincidences(poses, least, likelihood.scale_m, |r| self.motion.rests[r].demo);
-        let of = |place: &Place| Group {
-            rests: place.iter().map(|(rest, _)| *rest).collect(),
-            scores: group.scores.clone(),
-            ..group
-        };
-        places.iter().map(of).collect()
     }
 
     /// Returns whether the positions of a cluster agree as those of careful placing do.
