@@ -26,6 +26,7 @@ mod catalogue;
 mod doubt;
 mod events;
 mod fixtures_and_heaps;
+mod found_and_layered;
 mod goal_set_races;
 mod goal_sets;
 mod goal_sets_in_scenes;

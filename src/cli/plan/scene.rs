@@ -38,7 +38,7 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
     let goals = wanted(&domain, args.goal.as_deref())?;
     let words: Vec<String> = goals.iter().map(|goal| domain.goal_in_words(goal)).collect();
     let symbols = goals.iter().map(|goal| domain.goal_in_symbols(goal)).collect();
-    let warnings = fewer(&domain, &scene, &goals);
+    let mut warnings = fewer(&domain, &scene, &goals);
     warnings.iter().for_each(|warning| warn(warning));
     let layout = look(&args.grounding, &domain, &scene)?;
     progress.say(format!("planning towards {}", words.join(", ")));
@@ -49,8 +49,15 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
         Err(error) => ScenePlan::impossible(&error),
     };
     drop(progress);
-    if matches!(plan.end, SceneEnd::Stuck(_)) && plan.moves.is_empty() {
+    let stuck = matches!(plan.end, SceneEnd::Stuck(_)) && plan.moves.is_empty();
+    if stuck || !plan.assumed.is_empty() {
         in_metres(&scene)?;
+    }
+    for id in &plan.assumed {
+        let warning =
+            format!("`{id}` is in no state; it is taken to lie where an action takes it from");
+        warn(&warning);
+        warnings.push(warning);
     }
     let planner = &args.planner;
     let first = first(&plan, &planned);

@@ -5,17 +5,28 @@ use nalgebra::Vector3;
 use super::classifier::Classifier;
 use super::layout::Located;
 use crate::task::domain::{Frame, Origin, Turn, levelled};
-use crate::task::recording::Snapshot;
+use crate::task::recording::{ObjectPose, Snapshot};
 
-/// Greatest tilt that is noise, in its standard deviations about one axis: noise alone exceeds it in 1.1% of looks.
-const TILTED: f64 = 3.0;
+/// Greatest tilt that is noise, in its standard deviations about one axis. An angle that is normal about an axis of any direction has
+/// long tails: it tilts more than three of these in one look of 15, and more than six in one of 300.
+const TILTED: f64 = 6.0;
 
 impl Classifier {
+    /// Returns the axis of the world along which the sides point that are up of the fixtures that stand level, where no state shows what
+    /// is up; `None` if there are none.
+    fn upright_axis(&self, scene: &Snapshot) -> Option<usize> {
+        let side = |object: &ObjectPose| {
+            let side = self.level.get(&*object.kind)?;
+            Some(object.pose.rotation() * Vector3::from(*side))
+        };
+        let sum = scene.objects.iter().filter_map(side).reduce(|a, b| a + b)?;
+        Some(sum.imax())
+    }
+
     /// Returns the scene with the fixtures level that stood level in every demonstration, unless they are tilted more than noise
     /// explains; `None` if there are none. A tilt would move all that stands high on them.
     pub(super) fn levelled(&self, scene: &Snapshot) -> Option<Snapshot> {
-        let up = self.up.filter(|_| !self.level.is_empty())?;
-        let up = Vector3::ith(up, 1.0);
+        let up = Vector3::ith(self.up.or_else(|| self.upright_axis(scene))?, 1.0);
         let mut scene = scene.clone();
         for object in &mut scene.objects {
             let Some(side) = self.level.get(&*object.kind) else { continue };

@@ -8,6 +8,7 @@
 //! | plan with neurons | [`Problem::ground`], which returns a [`GroundProblem`] |
 //! | find where a move puts its object | [`Problem::target`] |
 
+mod assumed;
 mod compiler;
 mod exclusion;
 mod facts;
@@ -20,6 +21,7 @@ mod target;
 mod transition;
 mod undecided;
 
+pub(crate) use assumed::{UNSEEN_M, assumed, is_loose};
 pub use ground::GroundProblem;
 pub use moves::Move;
 pub use problem::{Problem, ProblemError};

@@ -74,7 +74,6 @@ mod activity;
 mod cell;
 mod demonstrate;
 mod episode;
-mod guess;
 mod hand;
 mod live;
 mod log;

@@ -6,12 +6,11 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::EpisodeSpec;
-use super::guess::{UNSEEN_M, assumed, is_loose};
 use super::recovery::attempts::{Attempts, Intent, Meddled};
 use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
 use crate::task::classify::{Classifier, Layout};
-use crate::task::compile::{GroundProblem, Move, Problem, TargetPose};
+use crate::task::compile::{GroundProblem, Move, Problem, TargetPose, UNSEEN_M, assumed, is_loose};
 use crate::task::domain::{Fact, RelationalDomain, Situation, Turn};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState, Landed, Undecided};

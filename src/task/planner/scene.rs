@@ -7,7 +7,7 @@ use super::decision::Decision;
 use super::rollout::{PlanEnd, Prediction};
 use crate::sim::SimDuration;
 use crate::task::classify::Layout;
-use crate::task::compile::{GroundProblem, Move, Problem, ProblemError, TargetPose};
+use crate::task::compile::{GroundProblem, Move, Problem, ProblemError, TargetPose, assumed};
 use crate::task::domain::Situation;
 use crate::task::error::TaskError;
 use crate::task::propositional::{ActionId, StateId, WorldState};
@@ -60,11 +60,13 @@ pub struct ScenePlan {
     pub last: Option<Decision>,
     /// The ground problem that the decisions are about; `None` if nothing was asked.
     pub ground: Option<GroundProblem>,
+    /// Ids of the objects in no state that were taken to be in a state that some action leaves, because there was no plan else.
+    pub assumed: Vec<Arc<str>>,
 }
 
 impl ScenePlan {
     fn without_decision(end: SceneEnd) -> Self {
-        Self { moves: Vec::new(), end, last: None, ground: None }
+        Self { moves: Vec::new(), end, last: None, ground: None, assumed: Vec::new() }
     }
 
     /// Returns the plan for a goal that cannot be asked for.
@@ -135,7 +137,7 @@ impl Prediction for Predicted<'_> {
 
 impl PlannerBuild {
     /// Plans in the scene of a problem: asks the planner for one move after another, in situations predicted from the
-    /// operators. A decision of the planner of goal sets takes at most the simulated time `limit`.
+    /// operators. If there is no way, objects in no state are taken to be in a state that some action leaves. A decision of the planner of goal sets takes at most the simulated time `limit`.
     ///
     /// ```
     /// use symbolt::neurons::Population;
@@ -186,10 +188,35 @@ impl PlannerBuild {
         limit: SimDuration,
         most_moves: usize,
     ) -> Result<ScenePlan, TaskError> {
-        let situation = layout.situation();
-        if problem.lacking(&situation) == 0 {
+        let seen = layout.situation();
+        if problem.lacking(&seen) == 0 {
             return Ok(ScenePlan::without_decision(SceneEnd::Met));
         }
+        let plan = self.plan_from(problem, layout, seen.clone(), limit, most_moves)?;
+        if !(plan.moves.is_empty() && matches!(plan.end, SceneEnd::Stuck(_))) {
+            return Ok(plan);
+        }
+        // Objects in no state are the only hope.
+        let guessed = assumed(problem, layout, true);
+        let new = seen.iter().zip(&guessed).zip(problem.objects());
+        let new = new.filter(|((seen, guessed), _)| seen != guessed).map(|(_, o)| o.id.clone());
+        let new: Vec<Arc<str>> = new.collect();
+        if new.is_empty() {
+            return Ok(plan);
+        }
+        let again = self.plan_from(problem, layout, guessed, limit, most_moves)?;
+        Ok(if again.moves.is_empty() { plan } else { ScenePlan { assumed: new, ..again } })
+    }
+
+    /// Plans as [`plan_moves`](Self::plan_moves) does, from a situation that need not be that of the layout.
+    fn plan_from(
+        &self,
+        problem: &Problem<'_>,
+        layout: &Layout,
+        situation: Situation,
+        limit: SimDuration,
+        most_moves: usize,
+    ) -> Result<ScenePlan, TaskError> {
         let ground = match problem.ground(&situation) {
             Ok(ground) => ground,
             Err(error @ ProblemError::Nothing { .. }) => {
@@ -223,6 +250,6 @@ impl PlannerBuild {
             decision: step.decision,
         });
         let (moves, end) = (moves.collect(), SceneEnd::of(&ground, plan.end));
-        Ok(ScenePlan { moves, end, last: plan.last, ground: Some(ground) })
+        Ok(ScenePlan { moves, end, last: plan.last, ground: Some(ground), assumed: Vec::new() })
     }
 }

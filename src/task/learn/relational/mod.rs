@@ -5,6 +5,7 @@ mod cluster;
 mod following;
 mod frames;
 mod goals;
+mod layers;
 mod level;
 mod likelihood;
 mod models;
@@ -66,7 +67,7 @@ pub(super) fn learn(
             "no object moved; expected at least one object to move by 1 mm or more"
         }));
     }
-    let level = level::level(&mut motion);
+    let mut level = level::level(&mut motion);
     let mut found = states::find(&motion);
     let mut shifted = Vec::new();
     while shifted.len() < MOST_SHIFTED
@@ -94,6 +95,8 @@ pub(super) fn learn(
         observer.observe(&Event::Warned(&warning));
     }
     let report = report(&motion, &found, &built);
+    // What nothing lies on says nothing.
+    level.retain(|kind, _| found.states.iter().any(|state| state.frame.kind() == Some(kind)));
     let domain = RelationalDomain {
         states: found.states,
         operators: built.operators,

@@ -13,8 +13,8 @@ use super::motion::Came;
 /// onto a shelf or onto a stand goes to two places, not to two strips of the world.
 const COMMON: (f64, f64) = (8.0, 3.0);
 /// Smallest gap between two places, in metres and in standard deviations of careful placing.
-const PLACE_M: f64 = 2e-3;
-const PLACE_SD: f64 = 6.0;
+pub(super) const PLACE_M: f64 = 2e-3;
+pub(super) const PLACE_SD: f64 = 6.0;
 /// Share of the usual distance of an attempt below which an object was only nudged.
 pub(super) const NUDGED: f64 = 0.1;
 /// Number of objects that come to a cluster by themselves, and their spread as a share of the way, from which and up to which it
@@ -305,6 +305,39 @@ impl Frames<'_, '_> {
         split.into_iter().map(again).collect()
     }
 
+    /// Gives what was put somewhere once to what was put just so several times beside something else: the second wagon of a train is
+    /// behind a wagon, as the third one is, and not at a place of its own behind the engine.
+    pub fn without_singles(&self, mut groups: Vec<Group>, likelihood: &Likelihood) -> Vec<Group> {
+        let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
+        let mut at = 0;
+        while at < groups.len() {
+            let single = Some(groups[at].rests[0]);
+            let single = single.filter(|rest| groups[at].rests.len() == 1 && self.was_put(*rest));
+            let fits = |other: &Group, rest: usize| {
+                let near = |one: &usize| {
+                    let (a, b) = (self.pose(*one, other.frame), self.pose(rest, other.frame));
+                    a.zip(b).is_some_and(|(a, b)| a.distance(&b) <= least)
+                };
+                other.frame > 0
+                    && other.rests.len() >= MEANT
+                    && other.rests.iter().all(|one| self.was_put(*one) && near(one))
+                    && self.is_tight(other, likelihood)
+                    && self.sums(rest, other.frame).is_some()
+            };
+            let home = single.and_then(|rest| groups.iter().position(|other| fits(other, rest)));
+            let Some(home) = home else {
+                at += 1;
+                continue;
+            };
+            let taken = groups.remove(at);
+            let home = &mut groups[if home > at { home - 1 } else { home }];
+            home.rests.extend(taken.rests);
+            home.scores.iter_mut().zip(taken.scores).for_each(|(a, b)| *a += b);
+            home.evidence += taken.evidence;
+        }
+        groups
+    }
+
     /// Returns whether the positions of a cluster agree as those of careful placing do.
     pub fn is_tight(&self, group: &Group, likelihood: &Likelihood) -> bool {
         let sums = group.rests.iter().map(|rest| self.sums(*rest, group.frame));
@@ -448,7 +481,11 @@ impl Frames<'_, '_> {
                             found[c] == found[d] && beside(share(a, b)) && beside(share(c, d));
                         (may && apart(from_a, from_b) > CHANCE_BOTH).then_some((c, d))
                     };
-                    if alike && reached && !linked && share(a, b).is_some() {
+                    let layers = || {
+                        let (a, b) = (&groups[a], &groups[b]);
+                        self.are_layers(a, b) || self.are_layers(b, a)
+                    };
+                    if alike && reached && !linked && share(a, b).is_some() && !layers() {
                         join(&mut state, of_a, of_b);
                         merged = true;
                     } else if found[a]

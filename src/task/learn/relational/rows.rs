@@ -94,11 +94,21 @@ impl Rows {
             always.retain(|other| there.contains(other));
         }
         own.retain(|_, slot| !shared.contains(slot));
-        filled.retain(|slot, (times, _)| *times >= OFTEN && !shared.contains(slot));
-        let known: BTreeSet<Slot> = filled.keys().copied().collect();
+        filled.retain(|slot, _| !shared.contains(slot));
+        let often = filled.iter().filter(|(_, (times, _))| *times >= OFTEN);
+        let mut known: BTreeSet<Slot> = often.map(|(slot, _)| *slot).collect();
+        let earlier = |slot: &Slot, known: &BTreeSet<Slot>| {
+            let (_, always) = filled.get(slot)?;
+            Some(&(always & known) - &BTreeSet::from([*slot]))
+        };
+        // A row that is filled from one end has an end that is seldom reached.
+        let in_order = |slot: &Slot| earlier(slot, &known).is_some_and(|all| !all.is_empty());
+        let rows: BTreeSet<usize> =
+            known.iter().filter(|slot| in_order(slot)).map(|(state, _)| *state).collect();
+        known.extend(filled.keys().filter(|(state, _)| rows.contains(state)));
         let mut before: BTreeMap<Slot, BTreeSet<Slot>> = BTreeMap::new();
-        for (slot, (_, always)) in &filled {
-            before.insert(*slot, &(always & &known) - &BTreeSet::from([*slot]));
+        for slot in &known {
+            before.insert(*slot, earlier(slot, &known).unwrap_or_default());
         }
         let over = before.iter().map(|(slot, all)| {
             let meant = |one: &&Slot| {

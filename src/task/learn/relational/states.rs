@@ -38,6 +38,8 @@ const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0 }
 const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 };
 /// Distance of the middle of an area in which objects lie about, in its diagonals, beyond which it does not belong to a reference.
 const FAR_AREA: f64 = 1.5;
+/// Length of such an area, as a share of the diagonal of the area in the world, beyond which it does not belong to one that moves about.
+const LONG_AREA: f64 = 0.75;
 /// Number of found objects up to which they show no area.
 const FEW_FOUND: usize = 2;
 /// Number of found objects up to which a place of some of them may be chance.
@@ -82,6 +84,8 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
     let others = frames.moved_by_others.iter();
     out.moved_by_others = others.map(|kind| frames.kinds[*kind].to_string()).collect();
     frames.lend(&mut all);
+    // What was used most comes first: planners take the first of several places.
+    all.iter_mut().for_each(|(.., places)| places.sort_by_key(|g| usize::MAX - g.rests.len()));
     let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (kind, turns, places) in all {
         let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
@@ -208,7 +212,7 @@ impl Frames<'_, '_> {
         let groups = groups.map(|group| self.without_far_areas(group, &likelihood)).collect();
         let split = self.split_all(groups, &likelihood).into_iter();
         let split = split.flat_map(|places| self.unstacked(places, frame)).collect();
-        (self.in_heaps(split, frame), likelihood.turns)
+        (self.without_singles(self.in_heaps(split, frame), &likelihood), likelihood.turns)
     }
 
     /// Makes one area of the places in which objects of a kind were found, if each was found at a place of its own, or if they are few
@@ -268,24 +272,29 @@ impl Frames<'_, '_> {
         best
     }
 
-    /// Gives a cluster of found objects another frame if they lie all over an area far from the reference: where things lie about by
-    /// chance, they seem to lie in one direction of something.
+    /// Gives a cluster of found objects another frame if they lie all over an area far from the reference, or one that is about as long as
+    /// that in the world: where things lie about by chance, they seem to lie in one direction of something, or in a strip across it.
     fn without_far_areas(&self, mut group: Group, likelihood: &Likelihood) -> Group {
         let found = |rest: &usize| self.motion.rests[*rest].came == Came::Found;
+        // The ranges along the open axes of a frame.
+        let area = |group: &Group, frame: usize| -> Option<Vec<Spread>> {
+            let all = group.rests.iter().map(|rest| self.sums(*rest, frame));
+            let sum = all.collect::<Option<Vec<Sums>>>()?.into_iter().reduce(|a, b| a.add(&b))?;
+            let (n, extent) = (group.rests.len(), self.extent_in(frame));
+            let careful = |i: &usize| likelihood.is_careful(n, &sum.position[*i], extent[*i]);
+            Some((0..3).filter(|i| !careful(i)).map(|i| sum.position[i].clone()).collect())
+        };
+        let length = |all: &[Spread], of: fn(&Spread) -> f64| {
+            all.iter().map(|s| of(s).powi(2)).sum::<f64>().sqrt()
+        };
+        let wide: fn(&Spread) -> f64 = |s| s.high - s.low;
         let far = |group: &Group| {
-            let all = group.rests.iter().map(|rest| self.sums(*rest, group.frame));
-            let all: Option<Vec<Sums>> = all.collect();
-            let extent = self.extent_in(group.frame);
-            all.and_then(|all| all.into_iter().reduce(|a, b| a.add(&b))).is_some_and(|sum| {
-                let n = group.rests.len();
-                let careful = |i: usize| likelihood.is_careful(n, &sum.position[i], extent[i]);
-                let open = (0..3).filter(|i| !careful(*i));
-                let open: Vec<&Spread> = open.map(|i| &sum.position[i]).collect();
-                let of = |f: &dyn Fn(&Spread) -> f64| {
-                    open.iter().map(|s| f(s).powi(2)).sum::<f64>().sqrt()
-                };
-                let (middle, wide) = (of(&|s| (s.low + s.high) / 2.0), of(&|s| s.high - s.low));
-                open.len() > 1 && middle > FAR_AREA * wide
+            let open = area(group, group.frame).filter(|open| open.len() > 1);
+            open.is_some_and(|open| {
+                let longest = open.iter().map(wide).fold(0.0, f64::max);
+                let world = area(group, 0).map_or(f64::INFINITY, |world| length(&world, wide));
+                length(&open, |s| (s.low + s.high) / 2.0) > FAR_AREA * length(&open, wide)
+                    || longest > LONG_AREA * world
             })
         };
         let several = group.rests.len() > FEW_FOUND && group.rests.iter().all(found);

@@ -1,17 +1,17 @@
 //! Guesses about objects in no state, such as a part that was dropped.
 
+use super::problem::Problem;
 use crate::robot::UP;
 use crate::task::classify::Layout;
-use crate::task::compile::Problem;
 use crate::task::domain::{Fact, RelationalDomain, Situation};
 use crate::task::recording::ObjectPose;
 
 /// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
-pub(super) const UNSEEN_M: f64 = -1e3;
+pub(crate) const UNSEEN_M: f64 = -1e3;
 
 /// Returns the situation of a layout. With `assume`, an object in no state, such as one that was dropped, is taken to be
 /// in a state that some action leaves: the one from which the reference planner would move this object first.
-pub(super) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> Situation {
+pub(crate) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> Situation {
     let mut situation = layout.situation();
     if !assume {
         return situation;
@@ -44,7 +44,7 @@ pub(super) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
 }
 
 /// Returns whether an object is seen, and of a kind that some action moves.
-pub(super) fn is_loose(domain: &RelationalDomain, object: &ObjectPose) -> bool {
+pub(crate) fn is_loose(domain: &RelationalDomain, object: &ObjectPose) -> bool {
     let moved = |to: usize| *domain.states[to].kind == *object.kind;
     object.pose.position[UP] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
 }
