@@ -8,7 +8,7 @@ use symbolt::task::domain::{Frame, Origin, RelationalDomain};
 use symbolt::task::planner::{PlannerBuild, ScenePlan};
 use symbolt::task::{Demonstration, ObjectPose, Snapshot};
 
-use super::modes::{Draw, recording, shown};
+use super::modes::{Draw, acted, recording, shown};
 use super::several_places::{at, flat, learned, noisy, objects, on};
 
 /// Objects with their kinds and poses.
@@ -190,4 +190,56 @@ fn the_seldom_place_at_the_end_of_a_row_is_not_filled_first() {
         let off: Vec<f64> = off.collect();
         assert!(off.len() == 2 && off.iter().all(|m| *m < 1e-3), "{seed}: {off:?}");
     }
+}
+
+/// A ring goes into a case and a lid onto it; the case goes into the drawer of a chest, which is then shut.
+fn closed_case(draw: &mut Draw, first: bool) -> (Vec<ObjectPose>, Vec<Vec<(usize, Pose)>>) {
+    let chest = draw.fixture(0.0);
+    let (shut, open) =
+        (on(&chest, &flat(0.0, 0.0, 0.08, 0.0)), on(&chest, &flat(0.0, -0.15, 0.08, 0.0)));
+    let case = draw.lying(0.01);
+    let all = [
+        ("chest", chest),
+        ("drawer", if first { shut } else { open }),
+        ("case", case),
+        ("ring", draw.lying(0.005)),
+        ("lid", draw.lying(0.003)),
+    ];
+    let inside =
+        |case: &Pose| [on(case, &flat(0.0, 0.0, 0.005, 0.0)), on(case, &flat(0.0, 0.0, 0.02, 0.0))];
+    // The case, the ring and the lid, wherever the drawer is.
+    let kept = |drawer: &Pose| {
+        let case = on(drawer, &flat(0.01, 0.01, 0.02, 0.0));
+        let [ring, lid] = inside(&case);
+        [(2, case), (3, ring), (4, lid)]
+    };
+    let [ring, lid] = inside(&case);
+    let mut moves = vec![vec![(3, ring)], vec![(4, lid)]];
+    if first {
+        moves.push(vec![(1, open)]);
+    }
+    moves.push(kept(&open).to_vec());
+    moves.push(std::iter::once((1, shut)).chain(kept(&shut)).collect());
+    (objects(&all), moves)
+}
+
+#[test]
+fn what_rode_on_a_thing_is_not_where_that_thing_was_put_though_both_are_carried_on_together() {
+    let mut draw = Draw(34_000);
+    let demo = |number: usize| {
+        let (all, moves) = closed_case(&mut draw, number % 2 == 0);
+        acted(all, &moves)
+    };
+    let domain = learned(&recording((0..5).map(demo)));
+    let frames = |kind: &str| -> Vec<Option<&str>> {
+        let own = domain.states.iter().filter(|state| &*state.kind == kind);
+        own.map(|state| state.frame.kind()).collect()
+    };
+    assert!(frames("case").contains(&Some("drawer")), "{:?}", domain.states);
+    assert!(frames("case").iter().all(|kind| *kind != Some("lid") && *kind != Some("ring")));
+    assert!(frames("lid").contains(&Some("case")), "{:?}", domain.states);
+    let (all, moves) = closed_case(&mut draw, false);
+    let plan = planned(&domain, all);
+    let put = plan.moves.iter().find(|step| step.chosen.object == 2).expect("the case is moved");
+    assert!(put.target.pose.distance(&moves[2][0].1) < 2e-3, "{:?}", plan.moves);
 }

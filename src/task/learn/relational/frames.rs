@@ -265,6 +265,19 @@ impl<'m, 'r> Frames<'m, 'r> {
             && moved(other).zip(moved(rest)).is_some_and(|(other, own)| other > NUDGED * own)
     }
 
+    /// Returns whether another object lay relative to one that was put somewhere as it lay before.
+    fn rode_along(&self, rest: usize, other: usize) -> bool {
+        let motion = self.motion;
+        let seen =
+            |at: usize, other: usize| relative(&motion.rests[at].pose, &motion.rests[other].pose);
+        let before = motion.previous(rest).zip(motion.previous(other));
+        before.is_some_and(|(before, there)| {
+            let (was, is) = (seen(before, there), seen(rest, other));
+            was.distance(&is) <= motion.least.0
+                && was.rotation().angle_to(&is.rotation()) <= motion.least.1
+        })
+    }
+
     /// Returns whether another object that moves is clearly nearer to a rest than `far`.
     fn is_crowded(&self, rest: usize, far: f64) -> bool {
         let own = &self.motion.rests[rest];
@@ -309,9 +322,10 @@ impl<'m, 'r> Frames<'m, 'r> {
                 return None;
             }
             let begin = self.rest_during(rest, track)?;
-            // What carries the object later on is no hand.
+            // What carries the object later on is no hand, unless it lay on the object all along: a lid.
             let carries = |next: &usize| self.lies_alike(rest, *next, frame);
-            if self.came_along(rest, begin) && !self.carried_to.get(&rest).is_some_and(carries) {
+            let later = self.carried_to.get(&rest).is_some_and(carries);
+            if self.came_along(rest, begin) && !(later && !self.rode_along(rest, begin)) {
                 return None;
             }
             let there = &self.motion.rests[begin].pose;
