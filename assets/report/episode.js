@@ -78,8 +78,10 @@ class Episode {
   // may have come in the way.
   meddled({ decided, until, chosen, outcome }) {
     const parts = (this.film?.objects?.parts ?? []).map(({ id }) => id);
-    const [own, lost] = [[chosen?.object, chosen?.reference], ["dropped", "missed"].includes(outcome)];
-    const during = this.displaced.filter(({ t, object }) => t >= decided && t <= until && (!lost || own.includes(object) || !parts.includes(object)));
+    const own = [chosen?.object, chosen?.reference].filter((id) => id !== undefined && id !== null);
+    // Of a step whose part is not known, any may be it.
+    const all = own.length === 0 || !["dropped", "missed"].includes(outcome);
+    const during = this.displaced.filter(({ t, object }) => t >= decided && t <= until && (all || own.includes(object) || !parts.includes(object)));
     return during.map((one) => `at ${seconds(one.t, 1)}, after this was decided, ${one.words.replace(", not the robot,", "")}`).join("; ");
   }
 

@@ -170,10 +170,11 @@ class RunPage {
     const { run, defaults } = this.data;
     const [own, usual] = [{ planner: run.planner, scene: run.scene }, defaults ?? {}].map((all) => new Map(settingsOf(all)));
     const known = (name) => Boolean(name.startsWith("planner.") ? defaults?.planner : defaults?.scene);
-    const changed = [...own].filter(([name, value]) => known(name) && value !== usual.get(name));
+    const names = [...new Set([...own.keys(), ...usual.keys()])];
+    const changed = names.filter((name) => known(name) && own.get(name) !== usual.get(name)).map((name) => [name, own.get(name) ?? "–"]);
     byId("changed").hidden = changed.length === 0;
     byId("changed").append(table(["setting", "in this run", "default"], changed.map(([name, value]) => [name, value, usual.get(name) ?? "–"])));
-    const usualOnes = defaults?.scene ? "All settings have their defaults." : "The planner has its defaults.";
+    const usualOnes = defaults?.scene ? "The planner and the scene have their defaults." : "The planner has its defaults.";
     byId("made").append(changed.length ? " These settings differ from the default:" : ` ${usualOnes}`);
     const others = byId("others");
     others.addEventListener("toggle", () => {

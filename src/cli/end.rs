@@ -92,11 +92,17 @@ fn unread(error: &Error) -> Option<&Path> {
 fn neighbour(path: &Path) -> String {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten();
-    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let mut names: Vec<String> = names.filter(|name| is_plain(name)).collect();
-    names.sort();
     let written = path.file_name().unwrap_or_default().to_string_lossy();
-    meant(&written, names.iter().map(String::as_str))
+    // A misspelt name is about as long as the right one.
+    let near = |name: &String| name.len().abs_diff(written.len()) <= 3 && is_plain(name);
+    let names = entries.flatten().filter(|entry| entry.path().is_file());
+    let names = names.filter_map(|entry| entry.file_name().into_string().ok());
+    let mut names: Vec<String> = names.filter(near).collect();
+    names.sort();
+    let asked = meant(&written, names.iter().map(String::as_str));
+    let name = names.iter().find(|name| asked.contains(&format!("`{name}`")));
+    let file = |name| format!(" (did you mean `{}`?)", path.with_file_name(name).display());
+    name.map(file).unwrap_or_default()
 }
 
 /// Returns the exit code for an error: 2 if an argument or an input file is to blame, 1 otherwise.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Error;
 use serde_json::{Value, json};
-use symbolt::doubt::{DoubtKind, doubts};
+use symbolt::doubt::{Doubt, DoubtKind, doubts};
 use symbolt::files::Limit;
 use symbolt::sim::{few, meant};
 use symbolt::task::classify::Layout;
@@ -19,6 +19,9 @@ use super::kind::{Given, Kind, parsed};
 use super::options::GroundingArgs;
 use super::output::{not_both_standard_input, warn};
 use super::table::listed;
+
+/// Extent of a scene in metres from which its lengths must be in another unit: not even a robot that drives goes so far.
+const WIDEST_M: f64 = 50.0;
 
 /// Reads a domain and a scene, not both from standard input.
 pub(crate) fn read(domain: &Path, scene: &Path) -> Result<(RelationalDomain, Snapshot), Error> {
@@ -81,10 +84,8 @@ pub(crate) fn look(
     let classifier = grounding.classifier(domain)?;
     let layout = classifier.classify(scene);
     if layout.located.iter().all(|located| located.fact.is_none()) {
-        in_metres(scene)?;
-        // Then an axis is probably another one.
-        let doubts = doubts(&Recording::of_scene(scene.clone()));
-        doubts.iter().for_each(|doubt| warn(&doubt.to_string()));
+        // Then a unit or an axis is probably another one.
+        in_metres(scene)?.iter().for_each(|doubt| warn(&doubt.to_string()));
     }
     let names = layout.object_names();
     for (index, located) in layout.located.iter().enumerate().filter(|(_, l)| l.ambiguous) {
@@ -105,12 +106,19 @@ pub(crate) fn look(
     Ok(layout)
 }
 
-/// Refuses a scene whose lengths are in another unit. To be asked where nothing can be planned, because it is costly.
-pub(crate) fn in_metres(scene: &Snapshot) -> Result<(), BadArgument> {
+/// Refuses a scene of objects in no state that is so wide that its lengths must be in another unit. Otherwise returns the doubts
+/// about it.
+fn in_metres(scene: &Snapshot) -> Result<Vec<Doubt>, BadArgument> {
+    let side = |axis: usize| {
+        let values = scene.objects.iter().map(|object| object.pose.position[axis]);
+        values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+    };
+    let wide = side(0).max(side(1)).max(side(2)) >= WIDEST_M;
     let doubts = doubts(&Recording::of_scene(scene.clone()));
-    match doubts.iter().find(|doubt| doubt.kind == DoubtKind::LengthUnit) {
+    let of_all = |doubt: &&Doubt| doubt.kind == DoubtKind::LengthUnit && doubt.place.is_empty();
+    match doubts.iter().find(of_all).filter(|_| wide) {
         Some(doubt) => Err(BadArgument(doubt.to_string())),
-        None => Ok(()),
+        None => Ok(doubts),
     }
 }
 

@@ -484,7 +484,8 @@ where
 {
     move |typed| {
         let number = typed.parse().ok().filter(|number| range.contains(number));
-        number.ok_or_else(|| format!("must be {} to {}", range.start(), range.end()))
+        let what = if typed.parse::<i128>().is_err() { "a whole number, " } else { "" };
+        number.ok_or_else(|| format!("must be {what}{} to {}", range.start(), range.end()))
     }
 }
 

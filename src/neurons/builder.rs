@@ -273,8 +273,8 @@ impl PopulationBuilder<'_> {
         if mirrored {
             marks.extend([low, high, regularisation]);
         }
-        // The corners that are Hadamard encoders stay corners only.
-        let distinct = if hadamard { usize::MAX } else { tuning.distinct_ensembles };
+        // Turned Hadamard encoders are none any more, and one dimension has only two turns.
+        let distinct = if hadamard || dims == 1 { usize::MAX } else { tuning.distinct_ensembles };
         if distinct < ensembles {
             marks.push(distinct as f64);
         }

@@ -84,7 +84,7 @@ pub struct Tuning {
     /// Greatest number of ensembles of a pointer that are drawn and solved for (at least 1). Default: 4. The others are
     /// these, turned: each in a random direction of its own, with decoders that solve the turned equations exactly. They
     /// share maximum rates and intercepts. With `usize::MAX` each is drawn by itself, and building a pointer of 256
-    /// dimensions takes about four times as long. Hadamard encoders are never turned.
+    /// dimensions takes about four times as long. Ensembles of one dimension and Hadamard encoders are never turned.
     pub distinct_ensembles: usize,
     /// Number of neurons per component of a function or of a represented vector. Default: 100.
     pub per_function: usize,
@@ -114,7 +114,8 @@ pub enum DrawnEncoders {
     #[default]
     Sphere,
     /// As rows of Hadamard matrices ([`Encoders::hadamard`](super::Encoders::hadamard)) in 16 to 128 dimensions, and
-    /// uniformly from the sphere in others. Pointers are then faster, with no greater decoding errors.
+    /// uniformly from the sphere in others. Pointers then run faster, with no greater decoding errors, and take longer to
+    /// build ([`Tuning::distinct_ensembles`]).
     Hadamard,
 }
 

@@ -181,7 +181,7 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
         // Names of files that do not exist.
         ("plan domian.json --scene scene.json", 2, "(os error 2) (did you mean `domain.json`?)"),
         ("plan domain.json --scene secne.json", 2, "(did you mean `scene.json`?)"),
-        ("plan ./domian.json --scene scene.json", 2, "(did you mean `domain.json`?)"),
+        ("plan ./domian.json --scene scene.json", 2, "(did you mean `./domain.json`?)"),
         ("actions domian.json --scene scene.json", 2, "(did you mean `domain.json`?)"),
         ("learn demso.jsonl --quiet", 2, "(did you mean `demos.jsonl`?)"),
         ("classify domain.json demos.json", 2, "(did you mean `demos.jsonl`?)"),
@@ -195,7 +195,7 @@ fn every_message_says_what_a_file_is_and_what_was_meant() {
         ("run --episodes -1", 2, "symbolt: --episodes -1: must be 1 to 1000\n"),
         ("run --record-episode -1", 2, "symbolt: --record-episode -1: must be 1 to 1000\n"),
         ("run --seed -3", 2, "symbolt: --seed -3: must be 0 to 18446744073709551615\n"),
-        ("run --threads 1e9", 2, "symbolt: --threads 1e9: must be 0 to 1024\n"),
+        ("run --threads 1e9", 2, "symbolt: --threads 1e9: must be a whole number, 0 to 1024\n"),
         ("run --drop-rate often", 2, "symbolt: --drop-rate often: must be a number\n"),
         ("experiment tabel-4", 2, "(did you mean `table-4`?)"),
         // Options without an effect.

@@ -43,7 +43,7 @@ fn on_ranks<T: Send>(ranks: usize, each: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
 }
 
 fn small() -> LifSpec {
-    LifSpec::tuned(Tuning { scale: 0.2, ..Tuning::default() })
+    LifSpec::tuned(Tuning { scale: 0.2, distinct_ensembles: 2, ..Tuning::default() })
 }
 
 fn standard(model: Model, ranks: Option<Ranks>) -> Arc<Graph> {

@@ -572,7 +572,10 @@ fn settings_that_differ_from_the_default_come_first() {
     assert!(!other["others"].to_string().contains("planner.dimensions"), "{other}");
     let usual = open(&usual);
     assert_eq!((&usual["hidden"], &other["hidden"]), (&true.into(), &false.into()));
-    assert!(text(&usual["made"]).ends_with("All settings have their defaults."), "{usual}");
+    assert!(
+        text(&usual["made"]).ends_with("The planner and the scene have their defaults."),
+        "{usual}"
+    );
     assert!(text(&other["made"]).ends_with("These settings differ from the default:"), "{other}");
     let others = usual["others"].to_string();
     assert!(others.contains(r#"["planner.dimensions","256"]"#), "{others}");

@@ -48,6 +48,11 @@ fn a_copy_decodes_its_turned_points_as_its_origin_decodes_its_own() {
         let ensembles = built(kept, 3, 5).expect("builds");
         assert_eq!(ensembles.len(), 8);
         let errors = errors(&ensembles);
+        // Copies of one origin have turns of their own.
+        for (one, other) in [(3, 6), (4, 7)] {
+            let (one, other) = (ensembles[one].encoders(), ensembles[other].encoders());
+            assert!(greatest_difference(&one, &other) > 0.5);
+        }
         for copy in 3..8 {
             let (copy, origin, both) =
                 (&ensembles[copy], &ensembles[copy % 3], (errors[copy], errors[copy % 3]));

@@ -14,9 +14,7 @@ use symbolt::task::{Domain, TaskError};
 
 use super::args::PlanArgs;
 use crate::cli::end::{BadArgument, Outcome};
-use crate::cli::look::{
-    fewer, in_metres, look, loose, misses, position, read, target_json, wanted,
-};
+use crate::cli::look::{fewer, look, loose, misses, position, read, target_json, wanted};
 use crate::cli::options::PlannerArgs;
 use crate::cli::output::{Place, Progress, warn};
 use crate::cli::table::{Grid, counted, listed, unbroken, wrapped};
@@ -49,13 +47,10 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
         Err(error) => ScenePlan::impossible(&error),
     };
     drop(progress);
-    let stuck = matches!(plan.end, SceneEnd::Stuck(_)) && plan.moves.is_empty();
-    if stuck || !plan.assumed.is_empty() {
-        in_metres(&scene)?;
-    }
     for id in &plan.assumed {
-        let warning =
-            format!("`{id}` is in no state; it is taken to lie where an action takes it from");
+        let warning = format!(
+            "`{id}` is in no state; the plan takes it as if an action could take it from there"
+        );
         warn(&warning);
         warnings.push(warning);
     }

@@ -44,6 +44,7 @@ mod shape;
 mod tests;
 pub(super) mod work;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -145,22 +146,24 @@ impl Recipe<'_> {
         let lay_out = |neurons: &Neurons, radius: f64, decoders: &[f64]| {
             LaidOut::lay_out((neurons, radius), decoders, (model, self.dt_s), shape).checked()
         };
+        let (distinct, own) = (self.distinct, self.own.clone().unwrap_or_else(all));
         // None is kept where each ensemble is its own.
-        let first = if self.distinct < shape.ensembles { self.distinct } else { 0 };
-        let first: Vec<(Draft, Vec<f64>)> =
-            (0..first).into_par_iter().map(solve).collect::<Result<_, TuningError>>()?;
-        let solved: Vec<LaidOut> = self
-            .own
-            .clone()
-            .unwrap_or_else(all)
+        let mut origins: Vec<usize> = own.iter().map(|index| index % distinct).collect();
+        origins.retain(|_| distinct < shape.ensembles);
+        origins.sort_unstable();
+        origins.dedup();
+        let origins: BTreeMap<usize, (Draft, Vec<f64>)> = origins
+            .into_par_iter()
+            .map(|index| Ok((index, solve(index)?)))
+            .collect::<Result<_, TuningError>>()?;
+        let solved: Vec<LaidOut> = own
             .into_par_iter()
             .map(|index| {
-                if first.is_empty() {
+                let Some((draft, decoders)) = origins.get(&(index % distinct)) else {
                     let (draft, decoders) = solve(index)?;
                     return lay_out(&draft.neurons, draft.radius, &decoders);
-                }
-                let (draft, decoders) = &first[index % first.len()];
-                if index < first.len() {
+                };
+                if index < distinct {
                     return lay_out(&draft.neurons, draft.radius, decoders);
                 }
                 let turn = Turn::of(ensemble_seed(seed, index), shape.dims);

@@ -419,6 +419,9 @@ impl DomainReader<'_> {
         let mut keys = BTreeSet::new();
         while let Some(key) = parts.next() {
             if key.word().is_none() {
+                if keys.is_empty() {
+                    return Err(self.source.unexpected(key, "part of an action", expected));
+                }
                 let problem = format!("{} follows a complete part of the action", key.shown());
                 return Err(self.source.fault(key.place, problem, "several in one (and ...)"));
             }

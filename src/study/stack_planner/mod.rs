@@ -108,7 +108,7 @@ pub struct StackPlanner {
 impl StackPlanner {
     /// Builds the planner of a kitchen. The seed decides its pointers and its neurons.
     ///
-    /// Costs about 10 s of CPU time at 256 dimensions in neurons.
+    /// Costs some seconds of CPU time at 256 dimensions in neurons.
     ///
     /// # Errors
     /// [`TaskError::Vocabulary`] or [`TaskError::Build`] if the number of dimensions or the population is invalid.

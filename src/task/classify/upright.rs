@@ -7,9 +7,11 @@ use super::layout::Located;
 use crate::task::domain::{Frame, Origin, Turn, levelled};
 use crate::task::recording::{ObjectPose, Snapshot};
 
-/// Greatest tilt that is noise, in its standard deviations about one axis. An angle that is normal about an axis of any direction has
-/// long tails: it tilts more than three of these in one look of 15, and more than six in one of 300.
+/// Greatest tilt of a fixture that is noise, in its standard deviations about one axis. An angle that is normal about an axis of any
+/// direction has long tails: one look in 15 tilts more than three of these.
 const TILTED: f64 = 6.0;
+/// The same of a part that was put somewhere, which may really lean.
+const LEANS: f64 = 3.0;
 
 impl Classifier {
     /// Returns the axis of the world along which the sides point that are up of the fixtures that stand level, where no state shows what
@@ -63,7 +65,7 @@ impl Classifier {
             let tilt = shown.angle(&seen);
             let stands =
                 fact.reference.is_none_or(|r| self.level.contains_key(&*scene.objects[r].kind));
-            if stands && sd <= self.noise_rad && tilt <= TILTED * self.noise_rad {
+            if stands && sd <= self.noise_rad && tilt <= LEANS * self.noise_rad {
                 let level = levelled(&object.pose, &axis, &shown);
                 over.push((index, level.orientation));
             }

@@ -56,16 +56,13 @@ impl RelationalDomain {
             let usable =
                 |side: &[f64; 3]| (side.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < UNIT;
             self.level.iter().find_map(|(kind, side)| {
-                let kind_is = |own: Option<&str>| own == Some(kind);
-                let refers = self.states.iter().any(|s| kind_is(s.frame.kind()));
-                let moves = self.states.iter().any(|s| kind_is(Some(&s.kind)));
+                let moves = self.states.iter().any(|s| *s.kind == **kind);
                 let problem = format!("the side of `{}` that is up", plain(kind));
                 if !usable(side) {
                     return Some(Fault::new(problem + " has no direction", "a vector of length 1"));
                 }
-                let expected = "a kind that some state has as its frame and that no action moves";
-                (moves || !refers)
-                    .then(|| Fault::new(problem + " is not that of a fixture", expected))
+                let expected = "a kind that no action moves";
+                moves.then(|| Fault::new(problem + " is not that of a fixture", expected))
             })
         };
         let of_kinds = || SubKinds::fault_of(&self.sub_kinds);

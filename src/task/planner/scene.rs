@@ -1,16 +1,22 @@
 //! Plans for a scene: the moves of a learned domain that lead to its goal, with the poses that they aim at.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::build::PlannerBuild;
 use super::decision::Decision;
 use super::rollout::{PlanEnd, Prediction};
 use crate::sim::SimDuration;
-use crate::task::classify::Layout;
+use crate::task::classify::{Layout, Located};
 use crate::task::compile::{GroundProblem, Move, Problem, ProblemError, TargetPose, assumed};
 use crate::task::domain::Situation;
 use crate::task::error::TaskError;
 use crate::task::propositional::{ActionId, StateId, WorldState};
+
+/// Height above or below a known place, in metres, and tilt, in radians, up to which an object in no state lies as in that place, only
+/// elsewhere.
+const AS_HIGH_M: f64 = 4e-3;
+const AS_UPRIGHT_RAD: f64 = 0.1;
 
 /// Number of moves after which a plan is cut short.
 const MOST_MOVES: usize = 200;
@@ -137,7 +143,8 @@ impl Prediction for Predicted<'_> {
 
 impl PlannerBuild {
     /// Plans in the scene of a problem: asks the planner for one move after another, in situations predicted from the
-    /// operators. If there is no way, objects in no state are taken to be in a state that some action leaves. A decision of the planner of goal sets takes at most the simulated time `limit`.
+    /// operators. If there is no first move, objects in no state that lie as high and as upright as in a known place are taken
+    /// to be in a state that some action leaves. A decision of the planner of goal sets takes at most the simulated time `limit`.
     ///
     /// ```
     /// use symbolt::neurons::Population;
@@ -196,16 +203,26 @@ impl PlannerBuild {
         if !(plan.moves.is_empty() && matches!(plan.end, SceneEnd::Stuck(_))) {
             return Ok(plan);
         }
-        // Objects in no state are the only hope.
-        let guessed = assumed(problem, layout, true);
-        let new = seen.iter().zip(&guessed).zip(problem.objects());
-        let new = new.filter(|((seen, guessed), _)| seen != guessed).map(|(_, o)| o.id.clone());
-        let new: Vec<Arc<str>> = new.collect();
-        if new.is_empty() {
+        // Objects in no state are the only hope, but not what floats or leans: it may be held, or jammed.
+        let lies = |located: &Located| {
+            let offset = located.miss.map(|miss| miss.offset);
+            offset.is_some_and(|o| o.high_m.abs() <= AS_HIGH_M && o.off_rad <= AS_UPRIGHT_RAD)
+        };
+        let all = assumed(problem, layout, true).into_iter().zip(&seen).zip(&layout.located);
+        let guessed: Situation =
+            all.map(|((guess, seen), at)| if lies(at) { guess } else { *seen }).collect();
+        if guessed == seen {
             return Ok(plan);
         }
-        let again = self.plan_from(problem, layout, guessed, limit, most_moves)?;
-        Ok(if again.moves.is_empty() { plan } else { ScenePlan { assumed: new, ..again } })
+        let again = self.plan_from(problem, layout, guessed.clone(), limit, most_moves)?;
+        let new = |object: &usize| seen[*object] != guessed[*object];
+        let moved: BTreeSet<usize> =
+            again.moves.iter().map(|step| step.chosen.object).filter(new).collect();
+        if moved.is_empty() {
+            return Ok(plan);
+        }
+        let assumed = moved.iter().map(|object| problem.objects()[*object].id.clone()).collect();
+        Ok(ScenePlan { assumed, ..again })
     }
 
     /// Plans as [`plan_moves`](Self::plan_moves) does, from a situation that need not be that of the layout.

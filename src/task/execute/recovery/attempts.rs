@@ -112,7 +112,7 @@ impl Meddled {
     /// Returns a clause on it.
     pub fn text(self) -> &'static str {
         match self {
-            Self::Part => "something moved it afterwards",
+            Self::Part => "it moved afterwards",
             Self::Target => "its target had moved meanwhile",
         }
     }
@@ -153,7 +153,7 @@ impl Attempt {
         // What was dropped may still roll.
         let placed = self.skill == Some(SkillOutcome::Placed);
         let part = (placed && moved(&self.left, part)).then_some(Meddled::Part);
-        part.or_else(|| moved(&self.target, target).then_some(Meddled::Target))
+        part.or_else(|| (placed && moved(&self.target, target)).then_some(Meddled::Target))
     }
 
     /// Returns how the attempt failed, in words that follow the name of the part; `None` if it did not.

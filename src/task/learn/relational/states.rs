@@ -273,7 +273,8 @@ impl Frames<'_, '_> {
     }
 
     /// Gives a cluster of found objects another frame if they lie all over an area far from the reference, or one that is about as long as
-    /// that in the world: where things lie about by chance, they seem to lie in one direction of something, or in a strip across it.
+    /// that in the world though the reference moves about as far: where things lie about by chance, they seem to lie in one direction of
+    /// something, or in a strip across it.
     fn without_far_areas(&self, mut group: Group, likelihood: &Likelihood) -> Group {
         let found = |rest: &usize| self.motion.rests[*rest].came == Came::Found;
         // The ranges along the open axes of a frame.
@@ -288,13 +289,26 @@ impl Frames<'_, '_> {
             all.iter().map(|s| of(s).powi(2)).sum::<f64>().sqrt()
         };
         let wide: fn(&Spread) -> f64 = |s| s.high - s.low;
+        // How far the references stood apart: in one that hardly moves, an area is as long as in the world.
+        let apart = |group: &Group| -> f64 {
+            let there = |rest: &usize| {
+                let (track, _) = self.reference(*rest, group.frame)?;
+                Some(self.motion.rests[self.rest_during(*rest, track)?].pose.position)
+            };
+            let all: Vec<[f64; 3]> = group.rests.iter().filter_map(there).collect();
+            let range = |i: usize| {
+                let values = all.iter().map(|at| at[i]);
+                values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+            };
+            if all.is_empty() { 0.0 } else { (0..3).map(|i| range(i).powi(2)).sum::<f64>().sqrt() }
+        };
         let far = |group: &Group| {
             let open = area(group, group.frame).filter(|open| open.len() > 1);
             open.is_some_and(|open| {
                 let longest = open.iter().map(wide).fold(0.0, f64::max);
                 let world = area(group, 0).map_or(f64::INFINITY, |world| length(&world, wide));
                 length(&open, |s| (s.low + s.high) / 2.0) > FAR_AREA * length(&open, wide)
-                    || longest > LONG_AREA * world
+                    || longest > LONG_AREA * world && apart(group) >= longest
             })
         };
         let several = group.rests.len() > FEW_FOUND && group.rests.iter().all(found);
