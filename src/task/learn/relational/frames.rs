@@ -325,7 +325,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             // What carries the object later on is no hand, unless it lay on the object all along: a lid.
             let carries = |next: &usize| self.lies_alike(rest, *next, frame);
             let later = self.carried_to.get(&rest).is_some_and(carries);
-            if self.came_along(rest, begin) && !(later && !self.rode_along(rest, begin)) {
+            if (!later || self.rode_along(rest, begin)) && self.came_along(rest, begin) {
                 return None;
             }
             let there = &self.motion.rests[begin].pose;

@@ -283,7 +283,7 @@ impl Frames<'_, '_> {
             let sum = all.collect::<Option<Vec<Sums>>>()?.into_iter().reduce(|a, b| a.add(&b))?;
             let (n, extent) = (group.rests.len(), self.extent_in(frame));
             let careful = |i: &usize| likelihood.is_careful(n, &sum.position[*i], extent[*i]);
-            Some((0..3).filter(|i| !careful(i)).map(|i| sum.position[i].clone()).collect())
+            Some((0..3).filter(|i| !careful(i)).map(|i| sum.position[i]).collect())
         };
         let length = |all: &[Spread], of: fn(&Spread) -> f64| {
             all.iter().map(|s| of(s).powi(2)).sum::<f64>().sqrt()
