@@ -94,6 +94,6 @@ fn a_pointer_of_copies_is_decoded_as_well_as_one_without() {
 
 #[test]
 fn a_plan_in_which_no_ensemble_is_drawn_is_refused() {
-    let faults = built(false, 0, 1).err().expect("a fault").to_string();
+    let faults = built(false, 0, 1).expect_err("a fault").to_string();
     assert!(faults.contains("`distinct_ensembles` is 0; expected at least 1"), "{faults}");
 }
