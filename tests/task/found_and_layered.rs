@@ -229,7 +229,7 @@ fn closed_case(draw: &mut Draw, first: bool) -> (Vec<ObjectPose>, Vec<Vec<(usize
 fn what_rode_on_a_thing_is_not_where_that_thing_was_put_though_both_are_carried_on_together() {
     let mut draw = Draw(34_000);
     let demo = |number: usize| {
-        let (all, moves) = closed_case(&mut draw, number % 2 == 0);
+        let (all, moves) = closed_case(&mut draw, number.is_multiple_of(2));
         acted(all, &moves)
     };
     let domain = learned(&recording((0..5).map(demo)));
