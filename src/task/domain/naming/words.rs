@@ -166,6 +166,7 @@ impl RelationalDomain {
     ///
     /// # Panics
     /// If there is no such object or state.
+    #[cfg_attr(not(feature = "physics"), allow(dead_code))] // Episodes and their pages ask.
     pub(crate) fn whereabouts(
         &self,
         fact: &Fact,
@@ -181,6 +182,7 @@ impl RelationalDomain {
     }
 
     /// Returns whether an object that counts as found in an area was moved to where none was seen.
+    #[cfg_attr(not(feature = "physics"), allow(dead_code))] // Episodes and their pages ask.
     pub(crate) fn has_left(&self, fact: &Fact, [pose, first]: [&Pose; 2]) -> bool {
         let state = &self.states[fact.state];
         let within = |place: &Place| {
