@@ -311,7 +311,7 @@ impl Frames<'_, '_> {
         let least = PLACE_M.max(PLACE_SD * likelihood.scale_m);
         let mut at = 0;
         while at < groups.len() {
-            let single = Some(groups[at].rests[0]);
+            let single = groups[at].rests.first().copied();
             let single = single.filter(|rest| groups[at].rests.len() == 1 && self.was_put(*rest));
             let fits = |other: &Group, rest: usize| {
                 let near = |one: &usize| {
