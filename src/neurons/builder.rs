@@ -17,7 +17,7 @@ use super::poles;
 use super::solve::{Points, Special};
 use super::solved::SolvedModel;
 use super::tuning::{Tuning, TuningError};
-use super::turn::Turn;
+use super::turn::{Turn, origin};
 use crate::sim::{Fingerprint, Seed, fnv1a};
 
 /// Builds the populations of one layer, for [`Layer::neural`](super::Layer::neural).
@@ -343,7 +343,7 @@ impl PopulationBuilder<'_> {
         };
         let Outputs { functions, special, distinct, .. } = outputs;
         let draft = Box::new(move |ensemble: usize| {
-            let first = if distinct < shape.ensembles { ensemble % distinct } else { ensemble };
+            let first = origin(ensemble, distinct);
             let drawn = draft(first, ensemble_seed(seed, first))?;
             if first == ensemble {
                 return Ok(drawn);

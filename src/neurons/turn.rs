@@ -13,6 +13,12 @@ use super::draw::{Neurons, on_sphere};
 use super::solve::Points;
 use crate::sim::Seed;
 
+/// Returns the ensemble that an ensemble is a turned copy of, where the first `distinct` are drawn and solved for: itself if it
+/// is one of them.
+pub(super) fn origin(ensemble: usize, distinct: usize) -> usize {
+    ensemble % distinct
+}
+
 /// An orthogonal matrix.
 pub(super) struct Turn {
     dims: usize,

@@ -252,6 +252,11 @@ impl Draw<'_> {
     }
 
     fn texts(&mut self) -> (String, String) {
+        self.texts_with("")
+    }
+
+    /// Draws a domain that has further rules for derived predicates, and a problem.
+    fn texts_with(&mut self, rules: &str) -> (String, String) {
         let mut domain = String::from(
             "(define (domain random) (:types thing) (:constants c - thing)
             (:predicates (p) (q ?x) (r ?x ?y) (s ?x) (d ?x) (e ?x))\n",
@@ -264,6 +269,7 @@ impl Draw<'_> {
         if self.upto(1) == 0 {
             domain += &format!("(:derived (d ?x) {})\n", self.formula(&x, 2, false));
         }
+        domain += rules;
         for name in ["one", "two", "three"] {
             let scope = [x.as_slice(), &["?y".to_owned()]].concat();
             let (condition, effect) = (self.formula(&scope, 2, true), self.effect(&scope, 3));
@@ -307,6 +313,91 @@ fn compiled_problems_have_the_transitions_and_the_shortest_plans_of_their_meanin
     }
     let counts = (compared, solved, unsolved, skipped);
     assert!(compared > 2_000 && solved > 8 && unsolved > 20 && skipped < 3, "{counts:?}");
+}
+
+#[test]
+fn derived_predicates_that_need_themselves_mean_the_least_set_of_facts() {
+    let rules = [
+        "(:derived (d ?x) (exists (?z) (and (r ?x ?z) (d ?z))))\n",
+        "(:derived (e ?x) (and (q ?x) (d ?x)))\n(:derived (d ?x) (exists (?z) (and (r ?z ?x) (e ?z))))\n",
+        "(:derived (d ?x) (forall (?z) (or (not (r ?x ?z)) (d ?z))))\n",
+        "(:derived (d ?x) (d ?x))\n(:derived (e ?x) (or (e c) (and (d ?x) (p))))\n",
+    ];
+    let (mut compared, mut solved, mut skipped) = (0, 0, 0);
+    for case in 0..120 {
+        let mut rng = Seed::new(6).derive_index("recursion", case).rng();
+        let rule = rules[case as usize % rules.len()];
+        let (domain, problem) = Draw { rng: &mut rng }.texts_with(rule);
+        let (domain, problem) = parse(&domain, &problem);
+        if let Err(GroundFault::TooLarge { .. }) = Grounded::new(&domain, &problem) {
+            skipped += 1;
+            continue;
+        }
+        let (_, calls, shortest) = compare(&domain, &problem, 60);
+        compared += calls;
+        solved += usize::from(shortest.is_some_and(|length| length > 0));
+    }
+    assert!(compared > 1_500 && solved > 5 && skipped < 5, "{compared} {solved} {skipped}");
+}
+
+#[test]
+fn what_only_needs_itself_never_holds() {
+    let problem = "(define (problem p) (:domain d) (:init (p)) (:goal (and (done) (not (up)))))";
+    let of = |rule: &str| {
+        let text = format!(
+            "(define (domain d) (:predicates (p) (up) (down) (done)) {rule}
+            (:action go :precondition (not (up)) :effect (done)))"
+        );
+        let (domain, problem) = parse(&text, problem);
+        compare(&domain, &problem, 60).2
+    };
+    assert_eq!(of("(:derived (up) (down)) (:derived (down) (up))"), Some(1));
+    // Something else derives it as well.
+    assert_eq!(of("(:derived (up) (down)) (:derived (down) (or (up) (p)))"), None);
+}
+
+#[test]
+fn blocks_above_each_other_are_planned() {
+    let domain = "(define (domain blocks) (:predicates (on ?x ?y) (table ?x) (clear ?x) (above ?x ?y))
+        (:derived (above ?x ?y) (or (on ?x ?y) (exists (?z) (and (on ?x ?z) (above ?z ?y)))))
+        (:action stack :parameters (?x ?y) :precondition (and (table ?x) (clear ?x) (clear ?y) (not (= ?x ?y)))
+          :effect (and (on ?x ?y) (not (table ?x)) (not (clear ?y))))
+        (:action unstack :parameters (?x ?y) :precondition (and (on ?x ?y) (clear ?x))
+          :effect (and (table ?x) (clear ?y) (not (on ?x ?y)))))";
+    let problem = |goal: &str| {
+        format!(
+            "(define (problem p) (:domain blocks) (:objects a b c d) (:init (on a b) (on b c) (table c) (table d)
+            (clear a) (clear d)) (:goal {goal}))"
+        )
+    };
+    for (goal, length) in [
+        ("(above a c)", Some(0)),
+        ("(above c a)", Some(3)),
+        ("(and (above c a) (above a d))", Some(4)),
+        ("(and (not (above a c)) (above a d))", Some(2)),
+        ("(and (above a b) (above b a))", None),
+    ] {
+        let (domain, problem) = parse(domain, &problem(goal));
+        assert_eq!(compare(&domain, &problem, 200).2, length, "{goal}");
+    }
+}
+
+#[test]
+fn what_can_be_reached_over_a_thousand_fixed_roads_is_settled_while_grounding() {
+    let roads: String = (1..1000).map(|n| format!("(road p{} p{n})", n / 2)).collect();
+    let places: String = (0..1000).map(|n| format!("p{n} ")).collect();
+    let (domain, problem) = parse(
+        "(define (domain d) (:predicates (road ?a ?b) (lit ?a) (reached ?a))
+        (:derived (reached ?a) (or (= ?a p0) (exists (?b) (and (road ?b ?a) (reached ?b))))) (:constants p0)
+        (:action light :parameters (?a) :precondition (reached ?a) :effect (lit ?a)))",
+        &format!(
+            "(define (problem p) (:domain d) (:objects {places} q) (:init {roads}) (:goal (and (lit p999) (not (reached q)))))"
+        ),
+    );
+    let began = std::time::Instant::now();
+    let grounded = Grounded::new(&domain, &problem).unwrap();
+    assert_eq!((grounded.operators.len(), grounded.goal.len()), (1000, 1));
+    assert!(began.elapsed().as_secs() < 20, "{:?}", began.elapsed());
 }
 
 #[test]

@@ -420,12 +420,18 @@ fn quantifiers_alternatives_and_effects_under_conditions_are_read() {
 }
 
 #[test]
-fn a_derived_predicate_that_needs_itself_is_refused() {
-    let rules = "(:derived (above ?a ?b - place) (or (free ?a) (below ?b ?a))) (:derived (below ?a ?b - place) (above ?b ?a)) (:action move";
-    let fault = changed(["(:action move", rules], NONE).unwrap_err();
+fn a_derived_predicate_that_needs_itself_is_read_and_one_that_needs_its_opposite_refused() {
+    let rules = |of: &str| {
+        format!(
+            "(:derived (above ?a ?b - place) (or (free ?a) {of})) (:derived (below ?a ?b - place) (above ?b ?a)) (:action move"
+        )
+    };
+    changed(["(:action move", &rules("(below ?b ?a)")], NONE).expect("recursion");
+    let fault = changed(["(:action move", &rules("(not (below ?b ?a))")], NONE).unwrap_err();
     assert!(
-        fault
-            .contains("is derived by way of itself; expected derived predicates without recursion"),
+        fault.contains(
+            "`above` is derived by way of its own opposite; expected derived predicates that do not need their opposites"
+        ),
         "{fault}"
     );
     let rule = "(:derived (free ?p - place) (not (seen x))) (:action move";
@@ -488,12 +494,24 @@ fn a_durative_effect_that_another_may_undo_is_refused_under_conditions() {
 }
 
 #[test]
+fn preferences_are_left_out_with_one_warning() {
+    let wished =
+        "(free ?b) (preference (seen ?t)) (forall (?p - place) (preference two (free ?p))))";
+    let warnings = moved(changed(
+        ["(free ?b))", wished],
+        ["(at x p2)", "(and (at x p2) (preference p1 (at x p1)))"],
+    ));
+    let left_out = warnings.iter().filter(|w| w.contains("preferences are left out"));
+    assert_eq!(left_out.count(), 2, "one for the action and one for the goal: {warnings:?}");
+}
+
+#[test]
 fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
     let sections = [
         ["(:action move", "(:process p :parameters () :precondition () :effect ()) (:action move"],
         ["(:action move", "(:constraints (always (free p1))) (:action move"],
         ["(:action move", "(:method m) (:action move"],
-        ["(free ?b))", "(free ?b) (preference one (seen ?t)))"],
+        ["(free ?b))", "(free ?b) (or (seen ?t) (preference one (seen ?t))))"],
         ["(not (free ?b))", "(probabilistic 0.5 (not (free ?b)))"],
         ["(not (free ?b))", "(oneof (seen ?t) (not (free ?b)))"],
         ["(not (free ?b))", "(exists (?x - place) (free ?x))"],
@@ -502,7 +520,7 @@ fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
         "needs processes and events, which go on by themselves",
         "needs constraints on the states along a plan",
         "needs hierarchical tasks and methods",
-        "is a preference or a constraint on the states along a plan",
+        "a preference is one of several conditions of which not all need hold",
         "makes the effect uncertain",
         "makes the effect uncertain",
         "makes the effect uncertain",
@@ -516,7 +534,7 @@ fn what_this_planner_does_not_have_is_refused_in_words_of_planning() {
             ["(:goal", "(:constraints (always (free p1))) (:goal"],
             "constraints on the states along a plan",
         ),
-        (["(at x p2)", "(sometime (at x p2))"], "`(sometime ...)` is a preference or a constraint"),
+        (["(at x p2)", "(sometime (at x p2))"], "`(sometime ...)` is a constraint"),
         (["(:init", "(:init (oneof (free p1) (at x p1))"], "makes the initial state uncertain"),
     ] {
         let fault = changed(NONE, change).unwrap_err();

@@ -54,7 +54,7 @@ use super::draw::Neurons;
 use super::models::{Firing, NeuronModel, Start, Variable};
 use super::solve::{self, Points, Special};
 use super::tuning::{TuningError, refuse};
-use super::turn::Turn;
+use super::turn::{Turn, origin};
 use crate::sim::{Real, Seed};
 
 pub use partition::Ensembles;
@@ -148,7 +148,7 @@ impl Recipe<'_> {
         };
         let (distinct, own) = (self.distinct, self.own.clone().unwrap_or_else(all));
         // None is kept where each ensemble is its own.
-        let mut origins: Vec<usize> = own.iter().map(|index| index % distinct).collect();
+        let mut origins: Vec<usize> = own.iter().map(|index| origin(*index, distinct)).collect();
         origins.retain(|_| distinct < shape.ensembles);
         origins.sort_unstable();
         origins.dedup();
@@ -159,11 +159,11 @@ impl Recipe<'_> {
         let solved: Vec<LaidOut> = own
             .into_par_iter()
             .map(|index| {
-                let Some((draft, decoders)) = origins.get(&(index % distinct)) else {
+                let Some((draft, decoders)) = origins.get(&origin(index, distinct)) else {
                     let (draft, decoders) = solve(index)?;
                     return lay_out(&draft.neurons, draft.radius, &decoders);
                 };
-                if index < distinct {
+                if index == origin(index, distinct) {
                     return lay_out(&draft.neurons, draft.radius, decoders);
                 }
                 let turn = Turn::of(ensemble_seed(seed, index), shape.dims);

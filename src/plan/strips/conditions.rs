@@ -12,7 +12,7 @@ use super::sexpr::{Node, PddlFault, Source, short};
 use crate::sim::{meant, nearest_first};
 
 /// Conditions on trajectories, which PDDL 3 has.
-const MODAL: [&str; 10] = [
+const MODAL: [&str; 9] = [
     "always",
     "sometime",
     "within",
@@ -22,7 +22,6 @@ const MODAL: [&str; 10] = [
     "always-within",
     "hold-during",
     "hold-after",
-    "preference",
 ];
 
 /// Greatest number of parts of all conditions and expressions of an action that are written once and stand in several
@@ -54,6 +53,8 @@ pub(super) struct Scope<'a> {
     kinds: &'a mut BTreeSet<String>,
     /// Number of parts of the conditions of effects, and of the durations in expressions.
     pub copied: usize,
+    /// Number of preferences that were left out.
+    preferences: usize,
 }
 
 impl<'a> Scope<'a> {
@@ -73,6 +74,7 @@ impl<'a> Scope<'a> {
             numbers,
             kinds,
             copied: 0,
+            preferences: 0,
         }
     }
 
@@ -100,18 +102,30 @@ impl<'a> Scope<'a> {
         }
         match (head, rest) {
             ("and", _) => Ok(Condition::All(self.all(rest)?)),
-            ("or", _) => Ok(Condition::Any(self.all(rest)?)),
-            ("not", [inner]) => Ok(not(self.condition(inner)?)),
+            ("or", _) => {
+                Ok(Condition::Any(rest.iter().map(|n| self.hard(n)).collect::<Result<_, _>>()?))
+            }
+            ("not", [inner]) => Ok(not(self.hard(inner)?)),
             ("imply", [from, to]) => {
-                let from = self.condition(from)?;
-                Ok(Condition::Any(vec![not(from), self.condition(to)?]))
+                let from = self.hard(from)?;
+                Ok(Condition::Any(vec![not(from), self.hard(to)?]))
+            }
+            ("preference", [inner] | [_, inner]) if !known => {
+                self.condition(inner)?;
+                if self.preferences == 0 {
+                    let what = "preferences are left out: a plan need not meet them";
+                    self.source.warn(node.place, what);
+                }
+                self.preferences += 1;
+                Ok(Condition::All(Vec::new()))
             }
             ("exists" | "forall", [variables, body @ ..]) if !body.is_empty() => {
                 let depth = self.quantify(variables)?;
-                let inner = match body {
-                    [inner] => self.condition(inner),
+                let inner = match (head, body) {
+                    ("exists", [inner]) => self.hard(inner),
+                    (_, [inner]) => self.condition(inner),
                     // Some leave out the `and`.
-                    several => self.all(several).map(Condition::All),
+                    (_, several) => self.all(several).map(Condition::All),
                 };
                 let variables = self.variables.split_off(depth);
                 let inner = Box::new(inner?);
@@ -134,12 +148,24 @@ impl<'a> Scope<'a> {
             }
             (modal, _) if !known && MODAL.contains(&modal) => {
                 let problem = format!(
-                    "`({modal} ...)` is a preference or a constraint on the states along a plan, which this planner does not have"
+                    "`({modal} ...)` is a constraint on the states along a plan, which this planner does not have"
                 );
                 Err(self.source.fault(node.place, problem, "conditions on one state"))
             }
             _ => Ok(Condition::Literal(self.atom(node, true)?)),
         }
+    }
+
+    /// Reads a condition without preferences. Left out, they would mean that it always holds, or never.
+    fn hard(&mut self, node: &Node) -> Result<Condition, PddlFault> {
+        let before = self.preferences;
+        let condition = self.condition(node)?;
+        if self.preferences > before {
+            let problem = "a preference is one of several conditions of which not all need hold";
+            let expected = "preferences alone, in (and ...) or in (forall ...)";
+            return Err(self.source.fault(node.place, problem, expected));
+        }
+        Ok(condition)
     }
 
     /// Returns whether a node names an object or a variable, and no number.

@@ -173,14 +173,22 @@ impl Condition {
 
     /// Calls `see` with every literal.
     pub fn literals<'c>(&'c self, see: &mut impl FnMut(&'c Literal)) {
+        self.signed_literals(true, &mut |literal, _| see(literal));
+    }
+
+    /// Calls `see` with every literal, and with whether the condition needs it as it is written (`sign`) or its opposite.
+    pub(super) fn signed_literals<'c>(
+        &'c self,
+        sign: bool,
+        see: &mut impl FnMut(&'c Literal, bool),
+    ) {
         match self {
-            Self::Literal(literal) => see(literal),
+            Self::Literal(literal) => see(literal, sign),
             Self::Compare(..) => {}
-            Self::Not(inner) | Self::Exists(_, inner) | Self::Forall(_, inner) => {
-                inner.literals(see);
-            }
+            Self::Not(inner) => inner.signed_literals(!sign, see),
+            Self::Exists(_, inner) | Self::Forall(_, inner) => inner.signed_literals(sign, see),
             Self::All(parts) | Self::Any(parts) => {
-                parts.iter().for_each(|part| part.literals(see));
+                parts.iter().for_each(|part| part.signed_literals(sign, see));
             }
         }
     }

@@ -5,6 +5,7 @@
 //! | `pddl`, `formula` | [`Domain`], [`Problem`], literals of actions; other conditions, effects and numbers |
 //! | `lists`, `read`, `conditions`, `numbers`, `durative`, `problem` | the readers of domains and problems |
 //! | `write`, `names`, `requirements` | the printer, names that PDDL allows, and requirements of what is used |
+//! | `strata` | which derived predicates need which |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
 //! | `shorten` | [`shorten`](shorten()): takes detours out of a plan |
 //! | `truth` | whether conditions hold in a state, by their meaning |
@@ -38,6 +39,7 @@ mod read;
 mod requirements;
 mod sexpr;
 mod shorten;
+mod strata;
 mod trace;
 mod truth;
 mod validate;

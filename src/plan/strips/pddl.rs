@@ -196,8 +196,8 @@ pub struct Domain {
     pub predicates: Vec<Predicate>,
     /// Numeric functions.
     pub functions: Vec<Function>,
-    /// Rules for derived predicates, each after those of the predicates in its condition. No action changes a derived
-    /// predicate.
+    /// Rules for derived predicates, each after those of the predicates in its condition that do not need its own. A
+    /// predicate may need itself, but not its opposite. No action changes a derived predicate.
     pub derived: Vec<Derived>,
     /// Action schemas, in the order of declaration.
     pub actions: Vec<Action>,

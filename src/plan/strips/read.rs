@@ -12,10 +12,11 @@ use super::lists::{MAX_NAMES, tail};
 use super::numbers::Numbers;
 use super::pddl::{Action, Domain, EQUAL, OBJECT, Predicate, Typed, Types};
 use super::sexpr::{Node, Notes, PddlFault, Place, Source, short};
+use super::strata::Strata;
 use crate::sim::{meant, nearest_first};
 
 /// Requirements whose features are read.
-const REQUIREMENTS: [&str; 13] = [
+const REQUIREMENTS: [&str; 14] = [
     ":strips",
     ":typing",
     ":negative-preconditions",
@@ -29,6 +30,7 @@ const REQUIREMENTS: [&str; 13] = [
     ":derived-predicates",
     ":action-costs",
     ":durative-actions",
+    ":preferences",
 ];
 
 /// Greatest number of constants.
@@ -52,8 +54,8 @@ pub enum Bodies {
 }
 
 impl Domain {
-    /// Reads a domain from PDDL: `:adl`, derived predicates without recursion, and action costs. A durative action is read
-    /// as one without duration. `file` names the text in errors and warnings. If the text has a problem beside the domain,
+    /// Reads a domain from PDDL: `:adl`, derived predicates, and action costs. A durative action is read as one without
+    /// duration. `file` names the text in errors and warnings. If the text has a problem beside the domain,
     /// the problem is skipped.
     ///
     /// # Errors
@@ -333,59 +335,24 @@ impl DomainReader<'_> {
         Ok(())
     }
 
-    /// Sorts the rules so that each follows those of the predicates in its condition.
+    /// Sorts the rules so that each follows those of the predicates in its condition that do not need its own.
     fn order_derived(&mut self, sections: &[Node]) -> Result<(), PddlFault> {
-        let derived = self.domain.derived.iter();
-        let mut keys: Vec<(&str, usize)> =
-            derived.map(|rule| (&*rule.predicate, rule.parameters.len())).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let find = |name: &str, arguments: usize| keys.binary_search(&(name, arguments)).ok();
-        let of = |rule: &Derived| find(&rule.predicate, rule.parameters.len());
-        let mut needs: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); keys.len()];
-        for rule in &self.domain.derived {
-            let Some(own) = of(rule) else { continue };
-            rule.condition.literals(&mut |literal| {
-                needs[own].extend(find(&literal.atom.predicate, literal.atom.arguments.len()));
-            });
-        }
-        let mut waiting: Vec<Vec<usize>> = vec![Vec::new(); keys.len()];
-        for (rule, needed) in needs.iter().enumerate() {
-            needed.iter().for_each(|needed| waiting[*needed].push(rule));
-        }
-        let mut unmet: Vec<usize> = needs.iter().map(BTreeSet::len).collect();
-        let mut ready: BTreeSet<usize> = (0..keys.len()).filter(|rule| unmet[*rule] == 0).collect();
-        let mut order: Vec<Option<usize>> = vec![None; keys.len()];
-        let mut placed = 0;
-        while let Some(next) = ready.pop_first() {
-            order[next] = Some(placed);
-            placed += 1;
-            for rule in &waiting[next] {
-                unmet[*rule] -= 1;
-                if unmet[*rule] == 0 {
-                    ready.insert(*rule);
-                }
-            }
-        }
-        if placed < keys.len() {
-            // Each rule that is left waits for another or for itself.
-            let left = keys.iter().zip(&order).filter(|(_, order)| order.is_none());
-            let left: Vec<&str> = left.map(|((name, _), _)| *name).collect();
-            let mut rules = sections.iter().filter(|s| s.head() == Some(":derived"));
-            let place = rules
-                .find(|s| tail(s).first().and_then(Node::head).is_some_and(|n| left.contains(&n)));
-            let place = place.map_or(Place { line: 1, column: 1 }, |rule| rule.place);
+        let rules = std::mem::take(&mut self.domain.derived);
+        let strata = Strata::new(&rules).map_err(|opposed| {
+            let mut of_rules = sections.iter().filter(|s| s.head() == Some(":derived"));
+            let named = |s: &&Node| {
+                tail(s).first().and_then(Node::head).is_some_and(|name| opposed.contains(&name))
+            };
+            let place = of_rules.find(named).map_or(Place { line: 1, column: 1 }, |s| s.place);
             let names: Vec<String> =
-                left.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
-            let problem = format!("{} is derived by way of itself", names.join(" or "));
-            return Err(self.source.fault(place, problem, "derived predicates without recursion"));
-        }
-        let places: Vec<Option<usize>> =
-            self.domain.derived.iter().map(|rule| of(rule).and_then(|own| order[own])).collect();
-        let mut placed: Vec<(Option<usize>, Derived)> =
-            places.into_iter().zip(std::mem::take(&mut self.domain.derived)).collect();
-        placed.sort_by_key(|(place, _)| *place);
-        self.domain.derived = placed.into_iter().map(|(_, rule)| rule).collect();
+                opposed.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
+            let problem = format!("{} is derived by way of its own opposite", names.join(" or "));
+            self.source.fault(place, problem, "derived predicates that do not need their opposites")
+        })?;
+        let of = |rule: &Derived| strata.stratum(&rule.predicate, rule.parameters.len());
+        let mut order: Vec<usize> = (0..rules.len()).collect();
+        order.sort_by_key(|at| of(&rules[*at]));
+        self.domain.derived = order.into_iter().map(|at| rules[at].clone()).collect();
         Ok(())
     }
 

@@ -2,15 +2,17 @@
 //!
 //! Nothing here is compiled, so that it is a reference for what is.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::formula::{Condition, Number};
 use super::pddl::{Action, Atom, Domain, EQUAL, Fact, Literal, Problem, Term, Typed};
+use super::strata::Strata;
 
 /// The objects of a problem, by which conditions are judged.
 pub(super) struct World<'a> {
     pub domain: &'a Domain,
     pub objects: Vec<&'a Typed>,
+    strata: Strata<'a>,
     numbers: HashMap<&'a Fact, Number>,
 }
 
@@ -18,18 +20,30 @@ pub(super) struct World<'a> {
 pub(super) struct State {
     pub facts: BTreeSet<Fact>,
     derived: HashMap<Fact, bool>,
+    /// Facts of a stratum that are being derived from each other.
+    round: Option<Round>,
+}
+
+/// Facts of one stratum that need each other.
+struct Round {
+    stratum: usize,
+    /// In the order in which they were asked for.
+    asked: Vec<Fact>,
+    /// Those that were derived so far.
+    found: HashSet<Fact>,
 }
 
 impl State {
     pub fn new(facts: BTreeSet<Fact>) -> Self {
-        Self { facts, derived: HashMap::new() }
+        Self { facts, derived: HashMap::new(), round: None }
     }
 }
 
 impl<'a> World<'a> {
     pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
         let numbers = problem.numbers.iter().map(|(function, value)| (function, *value));
-        Self { domain, objects: problem.all_objects(domain), numbers: numbers.collect() }
+        let objects = problem.all_objects(domain);
+        Self { domain, objects, strata: Strata::of(domain), numbers: numbers.collect() }
     }
 
     /// Returns the fact of an atom whose parameters are `bound`.
@@ -55,16 +69,56 @@ impl<'a> World<'a> {
     }
 
     fn atom(&self, fact: Fact, state: &mut State) -> bool {
-        let own = |d: &&super::Derived| {
-            d.predicate == fact.predicate && d.parameters.len() == fact.arguments.len()
-        };
-        let mut rules = self.domain.derived.iter().filter(own).peekable();
-        if rules.peek().is_none() {
+        let (name, arguments) = (&*fact.predicate, fact.arguments.len());
+        if self.strata.stratum(name, arguments).is_none() {
             return state.facts.contains(&fact);
         }
         if let Some(known) = state.derived.get(&fact) {
             return *known;
         }
+        if let Some(stratum) = self.strata.recursive(name, arguments) {
+            return self.recursive(fact, stratum, state);
+        }
+        let holds = self.by_rules(&fact, state);
+        state.derived.insert(fact, holds);
+        holds
+    }
+
+    /// Derives a fact that may need itself, with all that it needs of its stratum: in rounds, each from what was found before,
+    /// until nothing new is found.
+    fn recursive(&self, fact: Fact, stratum: usize, state: &mut State) -> bool {
+        if let Some(round) = state.round.as_mut().filter(|round| round.stratum == stratum) {
+            if !round.asked.contains(&fact) {
+                round.asked.push(fact.clone());
+            }
+            return round.found.contains(&fact);
+        }
+        let own = Round { stratum, asked: vec![fact.clone()], found: HashSet::new() };
+        let around = state.round.replace(own);
+        let (mut at, mut news) = (0, false);
+        loop {
+            let asked = |state: &State, at| state.round.as_ref()?.asked.get(at).cloned();
+            match asked(state, at) {
+                Some(next) => {
+                    let holds = self.by_rules(&next, state);
+                    news |= holds && state.round.as_mut().is_some_and(|r| r.found.insert(next));
+                    at += 1;
+                }
+                None if news => (at, news) = (0, false),
+                None => break,
+            }
+        }
+        if let Some(Round { asked, found, .. }) = std::mem::replace(&mut state.round, around) {
+            state.derived.extend(asked.into_iter().map(|fact| {
+                let holds = found.contains(&fact);
+                (fact, holds)
+            }));
+        }
+        state.derived.get(&fact).copied().unwrap_or_default()
+    }
+
+    /// Returns whether some rule derives a fact.
+    fn by_rules(&self, fact: &Fact, state: &mut State) -> bool {
         let bound: Vec<&str> = fact.arguments.iter().map(String::as_str).collect();
         let known = |name: &str| self.objects.iter().find(|o| o.name == name);
         let of_types = |parameters: &[Typed]| {
@@ -72,14 +126,13 @@ impl<'a> World<'a> {
                 known(name).is_some_and(|o| self.domain.types.may_be(&o.types, &parameter.types))
             })
         };
-        let mut holds = false;
-        for rule in rules {
-            holds = holds
-                || of_types(&rule.parameters)
-                    && self.holds(&rule.condition, &mut bound.clone(), state);
-        }
-        state.derived.insert(fact, holds);
-        holds
+        let own = |d: &&super::Derived| {
+            d.predicate == fact.predicate && d.parameters.len() == fact.arguments.len()
+        };
+        let mut rules = self.domain.derived.iter().filter(own);
+        rules.any(|rule| {
+            of_types(&rule.parameters) && self.holds(&rule.condition, &mut bound.clone(), state)
+        })
     }
 
     /// Returns whether a condition holds. `bound` has the objects of the parameters and of the quantifiers around it.

@@ -4,8 +4,8 @@
 //! always or never, and preconditions on them are dropped. A condition that a fact does not hold becomes a fluent of its
 //! own, the complement of the fact, so that a ground operator has only positive preconditions.
 //!
-//! Quantifiers stand for all objects of their types, and derived predicates for the conditions that derive them. A
-//! condition that can be met in several ways, or an effect whose condition is not certain, makes several operators of one
+//! Quantifiers stand for all objects of their types, and derived predicates for the conditions that derive them, in as many
+//! rounds as they take if they need themselves. A condition that can be met in several ways, or an effect whose condition is not certain, makes several operators of one
 //! action with its objects. A part of the goal that can be met in several ways becomes a fact that hidden operators make true,
 //! and operators that change what it is about make false.
 //!
@@ -34,6 +34,7 @@ use thiserror::Error;
 use super::formula::Number;
 use super::pddl::{Domain, Fact, Literal, Problem};
 use super::sexpr::short;
+use super::strata::Strata;
 use super::write::ShownCondition;
 use assembly::Assembly;
 use lower::{Base, Fitting, Formula, Ground, Lower, UNBOUND};
@@ -200,6 +201,7 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         schemas.push(Schema::new(action, lower, &matters)?);
     }
     let mut known = Known::new(&base);
+    let strata = Strata::of(domain);
     for rule in &domain.derived {
         let mut lower = Lower::new(&base, &mut cache, &rule.parameters);
         let holds = lower.condition(&rule.condition, true);
@@ -209,6 +211,8 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         let rule_of = Rule { fitting: lower.fitting, parameters, holds, lacks };
         let place = domain.predicate_of(&rule.predicate, parameters).unwrap_or_default();
         known.rules.entry(place as u32).or_default().push(rule_of);
+        let recursive = strata.recursive(&rule.predicate, parameters);
+        known.recursive.extend(recursive.map(|stratum| (place as u32, stratum)));
     }
     let mut lower = Lower::new(&base, &mut cache, &[]);
     let goal: Vec<Formula> = problem.conditions.iter().map(|c| lower.condition(c, true)).collect();

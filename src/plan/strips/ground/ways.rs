@@ -30,8 +30,29 @@ pub(super) struct Rule {
     pub lacks: Formula,
 }
 
+/// A derived fact, and whether it holds.
+type Derivation = (Ground, bool);
+
 /// The ways in which derived facts hold, or do not.
-type DerivedWays = HashMap<(Ground, bool), Rc<Vec<Way>>>;
+type DerivedWays = HashMap<Derivation, Rc<Vec<Way>>>;
+
+/// Derivations of one stratum that need each other, with what is known of their ways so far.
+struct Round {
+    stratum: usize,
+    /// In the order in which they were asked for.
+    asked: Vec<Derivation>,
+    ways: DerivedWays,
+}
+
+impl Round {
+    /// Adds a derivation. At first nothing is derived: no way leads to it, and all to its opposite.
+    fn ask(&mut self, key: &Derivation) -> Rc<Vec<Way>> {
+        let first = Rc::new(if key.1 { Vec::new() } else { vec![Way::new()] });
+        self.asked.push(key.clone());
+        self.ways.insert(key.clone(), Rc::clone(&first));
+        first
+    }
+}
 
 /// What is known of the facts.
 pub(super) struct Known<'b, 'a> {
@@ -44,8 +65,12 @@ pub(super) struct Known<'b, 'a> {
     pub always: Vec<bool>,
     /// Rules by predicate.
     pub rules: HashMap<u32, Vec<Rule>>,
+    /// The stratum of each predicate that needs itself.
+    pub recursive: HashMap<u32, usize>,
     pub tried: Cell<usize>,
     derived: RefCell<DerivedWays>,
+    /// What is being derived, the lowest stratum last.
+    rounds: RefCell<Vec<Round>>,
 }
 
 /// Joins two ways; `None` if they contradict each other.
@@ -78,13 +103,17 @@ pub(super) fn within<T: PartialEq>(part: &[T], whole: &[T]) -> bool {
     part.len() <= whole.len() && part.iter().all(|code| whole.any(|other| other == code))
 }
 
-/// Removes ways that are no wider than another.
+/// Removes ways that are no narrower than another, if there are not too many to compare.
 pub(super) fn absorb(ways: &mut Vec<Way>) {
-    ways.sort_unstable_by(|a, b| (a.len(), a).cmp(&(b.len(), b)));
-    ways.dedup();
-    if ways.len() > COMPARED {
-        return;
+    match ways.len() > COMPARED {
+        true => sort(ways),
+        false => absorb_all(ways),
     }
+}
+
+/// Removes ways that are no narrower than another. Costs O(ways^2 x their length).
+fn absorb_all(ways: &mut Vec<Way>) {
+    sort(ways);
     let mut kept: Vec<Way> = Vec::with_capacity(ways.len());
     for way in ways.drain(..) {
         if !kept.iter().any(|known| within(known, &way)) {
@@ -92,6 +121,12 @@ pub(super) fn absorb(ways: &mut Vec<Way>) {
         }
     }
     *ways = kept;
+}
+
+/// Sorts ways, the narrowest first, and leaves one of equal ones.
+fn sort(ways: &mut Vec<Way>) {
+    ways.sort_unstable_by(|a, b| (a.len(), a).cmp(&(b.len(), b)));
+    ways.dedup();
 }
 
 impl<'b, 'a> Known<'b, 'a> {
@@ -102,8 +137,10 @@ impl<'b, 'a> Known<'b, 'a> {
             complete: false,
             always: Vec::new(),
             rules: HashMap::new(),
+            recursive: HashMap::new(),
             tried: Cell::new(0),
             derived: RefCell::default(),
+            rounds: RefCell::default(),
         }
     }
 
@@ -345,33 +382,84 @@ impl<'b, 'a> Known<'b, 'a> {
         })
     }
 
+    /// Returns the ways in which a derived fact holds, or does not.
     pub fn derived_ways(&self, fact: Ground, holds: bool) -> Result<Rc<Vec<Way>>, TooLarge> {
         let key = (fact, holds);
         if let Some(known) = self.derived.borrow().get(&key) {
             return Ok(Rc::clone(known));
         }
-        let (fact, _) = &key;
+        if let Some(stratum) = self.recursive.get(&key.0.0) {
+            return self.recursive_ways(key, *stratum);
+        }
+        let ways = Rc::new(self.ways_by_rules(&key)?);
+        self.derived.borrow_mut().insert(key, Rc::clone(&ways));
+        Ok(ways)
+    }
+
+    /// Returns the ways of a derivation that may need itself: round after round, each from the ways of the round before,
+    /// until they stay. Rules only add ways to a fact, and take ways from its opposite, so they do.
+    fn recursive_ways(&self, key: Derivation, stratum: usize) -> Result<Rc<Vec<Way>>, TooLarge> {
+        if let Some(round) = self.rounds.borrow_mut().last_mut()
+            && round.stratum == stratum
+        {
+            let known = round.ways.get(&key).cloned();
+            return Ok(known.unwrap_or_else(|| round.ask(&key)));
+        }
+        let mut round = Round { stratum, asked: Vec::new(), ways: DerivedWays::new() };
+        round.ask(&key);
+        self.rounds.borrow_mut().push(round);
+        let found = self.settle_round();
+        let round = self.rounds.borrow_mut().pop();
+        found?;
+        let mut derived = self.derived.borrow_mut();
+        derived.extend(round.into_iter().flat_map(|round| round.ways));
+        Ok(derived.get(&key).cloned().unwrap_or_default())
+    }
+
+    /// Derives what is asked in the last round, and what that asks for, until nothing changes.
+    fn settle_round(&self) -> Result<(), TooLarge> {
+        let asked = |at: usize| {
+            let rounds = self.rounds.borrow();
+            rounds.last().and_then(|round| round.asked.get(at).cloned())
+        };
+        let mut changed = true;
+        while std::mem::take(&mut changed) {
+            let mut at = 0;
+            while let Some(key) = asked(at) {
+                at += 1;
+                let mut ways = self.ways_by_rules(&key)?;
+                // Ways around a circle are wider than others, and there are more of them in each round.
+                self.steps(ways.len() * ways.len() / 64)?;
+                absorb_all(&mut ways);
+                if let Some(round) = self.rounds.borrow_mut().last_mut() {
+                    let before = round.ways.insert(key, Rc::new(ways.clone()));
+                    changed |= before.is_none_or(|before| *before != ways);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the ways of a derivation by its rules.
+    fn ways_by_rules(&self, (fact, holds): &Derivation) -> Result<Vec<Way>, TooLarge> {
         let mut parts = Vec::new();
         for rule in self.rules.get(&fact.0).into_iter().flatten() {
             let fits = |(object, fitting): (&u32, &Rc<Fitting>)| fitting.fits[*object as usize];
             if !fact.1.iter().zip(&rule.fitting[..rule.parameters]).all(fits) {
                 // The rule does not apply to these objects.
-                parts.push(if holds { Vec::new() } else { vec![Way::new()] });
+                parts.push(if *holds { Vec::new() } else { vec![Way::new()] });
                 continue;
             }
             let mut bound = vec![UNBOUND; rule.fitting.len()];
             bound[..rule.parameters].copy_from_slice(&fact.1);
-            let formula = if holds { &rule.holds } else { &rule.lacks };
+            let formula = if *holds { &rule.holds } else { &rule.lacks };
             parts.push(self.ways(formula, &rule.fitting, &mut bound)?);
         }
-        let ways = match holds {
-            true => self.few(parts.concat())?,
-            false if parts.iter().any(Vec::is_empty) => Vec::new(),
-            false => self.product(parts)?,
-        };
-        let ways = Rc::new(ways);
-        self.derived.borrow_mut().insert(key, Rc::clone(&ways));
-        Ok(ways)
+        match holds {
+            true => self.few(parts.concat()),
+            false if parts.iter().any(Vec::is_empty) => Ok(Vec::new()),
+            false => self.product(parts),
+        }
     }
 
     /// Refuses too many ways.
