@@ -181,6 +181,43 @@ fn slots_of_a_rack_are_no_groove_in_noise_and_a_groove_is_no_row_of_slots() {
     assert!(right.iter().all(|n| *n >= 9), "{right:?} of 10 each");
 }
 
+/// Four tokens for six slots of a rack. Some are in slots at first: of those in the first slot two of three.
+fn partly_filled(seed: u64) -> Recording {
+    const SLOTS: [(usize, [usize; 4]); 5] = [
+        (0, [1, 2, 3, 4]),
+        (1, [0, 3, 5, 1]),
+        (2, [0, 2, 4, 5]),
+        (0, [0, 1, 5, 3]),
+        (1, [4, 5, 2, 1]),
+    ];
+    let mut draw = Draw(seed);
+    let demo = |(found, slots): (usize, [usize; 4])| {
+        let rack = draw.fixture(0.02);
+        let slots = slots.map(|s| on(&rack, &flat(0.05 * s as f64 - 0.125, 0.0, 0.02, draw.yaw())));
+        let mut all = vec![("rack", rack)];
+        let start = |(at, slot): (usize, &Pose)| if at < found { *slot } else { draw.lying(0.01) };
+        all.extend(slots.iter().enumerate().map(start).map(|pose| ("token", pose)));
+        let moves: Vec<(usize, Pose)> = (found..4).map(|at| (1 + at, slots[at])).collect();
+        shown(objects(&all), &moves)
+    };
+    recording(SLOTS.into_iter().map(demo))
+}
+
+#[test]
+fn a_slot_that_was_taken_at_first_more_often_than_filled_is_one_of_the_slots() {
+    let right = (0..10u64).filter(|seed| {
+        let domain = learned(&noisy(&partly_filled(9000 + seed), 1.0, *seed));
+        let states: Vec<&FrameState> = domain
+            .states
+            .iter()
+            .filter(|s| &*s.kind == "token" && s.frame.name() == "rack")
+            .collect();
+        states.len() == 1 && states[0].places.len() == 6 && domain.operators.len() == 1
+    });
+    let right = right.count();
+    assert!(right >= 9, "{right} of 10");
+}
+
 /// A plug is put into a bracket, turned by any angle, and a cover over it, in one direction of the bracket.
 fn bracket(seed: u64) -> Recording {
     let mut draw = Draw(seed);

@@ -19,7 +19,7 @@ use crate::sim::{Fingerprint, Real};
 /// ms are refused.
 ///
 /// There is no closed form of the rate. [`rates`](NeuronModel::rates) counts the spikes of one second, after one tick
-/// from v = 0 and u = 0, in ticks of 1 ms, as Nengo does; gains and biases are found by a search, about 0.5 ms per
+/// from v = 0 and u = 0, in ticks of 1 ms, as Nengo does; gains and biases are found by a search, 0.5 to 2 ms per
 /// neuron. Rates so are whole numbers.
 ///
 /// State: `voltages` (at the start between c and c + 15) and `recoveries` (`b c`). The defaults are those of regular

@@ -9,6 +9,9 @@ use crate::sim::Fingerprint;
 /// Neurons whose activity is the rate that a model has at their current: its [`rates`](NeuronModel::rates), in single
 /// precision. They have the tuning and decoding error of the model, without its spikes and without its state.
 ///
+/// A model without a formula of its rate, such as [`Izhikevich`](super::Izhikevich), simulates a second of every neuron in
+/// each tick: over a thousand times as long as LIF.
+///
 /// ```
 /// use symbolt::neurons::{Izhikevich, Population, RateOf, SpikingRectifiedLinear};
 /// let mode = Population::neurons(RateOf::new(SpikingRectifiedLinear));

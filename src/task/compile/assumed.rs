@@ -3,7 +3,7 @@
 use super::problem::Problem;
 use crate::robot::UP;
 use crate::task::classify::Layout;
-use crate::task::domain::{Fact, RelationalDomain, Situation};
+use crate::task::domain::{Coordinate, Fact, Frame, RelationalDomain, Situation};
 use crate::task::recording::ObjectPose;
 
 /// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
@@ -47,6 +47,18 @@ pub(crate) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
 pub(crate) fn is_loose(domain: &RelationalDomain, object: &ObjectPose) -> bool {
     let moved = |to: usize| *domain.states[to].kind == *object.kind;
     object.pose.position[UP] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
+}
+
+/// Returns whether an object lies as high, give or take `most_m`, as in some place of the table from which actions take its kind: what
+/// lies in a bowl, say, is higher than what lies beside it.
+pub(crate) fn lies_as_high(domain: &RelationalDomain, object: &ObjectPose, most_m: f64) -> bool {
+    let left = domain.operators.iter().flat_map(|o| &o.from).map(|state| &domain.states[*state]);
+    let own = left.filter(|state| *state.kind == *object.kind && state.frame == Frame::World);
+    let mut heights = own.flat_map(|state| &state.places).map(|place| place.coordinates[UP]);
+    heights.any(|height| match height {
+        Coordinate::Tight { mean, .. } => (object.pose.position[UP] - mean).abs() <= most_m,
+        Coordinate::Open { .. } => false,
+    })
 }
 
 /// Returns the states that actions leave, with the nearest reference, for an object in no state.

@@ -21,9 +21,9 @@ mod target;
 mod transition;
 mod undecided;
 
-pub(crate) use assumed::assumed;
 #[cfg(feature = "physics")]
 pub(crate) use assumed::{UNSEEN_M, is_loose};
+pub(crate) use assumed::{assumed, lies_as_high};
 pub use ground::GroundProblem;
 pub use moves::Move;
 pub use problem::{Problem, ProblemError};

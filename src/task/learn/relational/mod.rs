@@ -16,6 +16,7 @@ mod rows;
 mod sides;
 mod single;
 mod states;
+mod taken;
 mod views;
 
 use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};

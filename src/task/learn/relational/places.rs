@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
+use statrs::distribution::{DiscreteCDF as _, Hypergeometric};
 use statrs::function::gamma::ln_gamma;
 
 use super::frames::Frames;
@@ -443,7 +444,10 @@ impl Frames<'_, '_> {
             let mut merged = false;
             for a in 0..n {
                 for b in a + 1..n {
-                    if state[a] == state[b] || found[a] != found[b] {
+                    let mixed = found[a] != found[b];
+                    if state[a] == state[b]
+                        || mixed && !self.as_often_found(&groups, &state, [a, b])
+                    {
                         continue;
                     }
                     let ends = |x: usize, forwards: bool| -> BTreeMap<usize, usize> {
@@ -489,6 +493,7 @@ impl Frames<'_, '_> {
                         join(&mut state, of_a, of_b);
                         merged = true;
                     } else if found[a]
+                        && !mixed
                         && !linked
                         && let Some((c, d)) = crossed()
                     {
@@ -515,11 +520,35 @@ impl Frames<'_, '_> {
         }
         out.into_values().collect()
     }
+
+    /// Returns whether things were put to the places of two states, and were found in the one more often than in the other
+    /// by chance alone: a slot of a rack that happened to be taken at the start of some demonstrations.
+    fn as_often_found(&self, groups: &[Group], state: &[usize], of: [usize; 2]) -> bool {
+        let counts = of.map(|one| {
+            let own = groups.iter().zip(state).filter(|(_, s)| **s == state[one]);
+            let rests: Vec<Came> = (own.flat_map(|(group, _)| &group.rests))
+                .map(|rest| self.motion.rests[*rest].came)
+                .collect();
+            let found = rests.iter().filter(|came| **came == Came::Found).count();
+            let put = rests.iter().any(|came| matches!(came, Came::Placed(_)));
+            (found as u64, rests.len() as u64, put)
+        });
+        let [(found, all, _), (others_found, others, _)] = counts;
+        let (found, all) = match found * others >= others_found * all {
+            true => (found, all),
+            false => (others_found, others),
+        };
+        let (sum, of_all) = (counts[0].0 + counts[1].0, counts[0].1 + counts[1].1);
+        let chance = Hypergeometric::new(of_all, sum, all);
+        let chance =
+            chance.map_or(0.0, |chance| found.checked_sub(1).map_or(1.0, |f| chance.sf(f)));
+        counts.iter().all(|(.., put)| *put) && chance > CHANCE
+    }
 }
 
 /// Least probability at which a difference is taken for chance, of the sources or sinks of two places, and of both together.
 const CHANCE: f64 = 0.05;
-const CHANCE_BOTH: f64 = 0.01;
+pub(super) const CHANCE_BOTH: f64 = 0.01;
 
 /// Joins two states.
 fn join(state: &mut [usize], a: usize, b: usize) {

@@ -78,8 +78,8 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let (groups, sides): (Vec<Group>, Vec<bool>) = frames.by_side(groups).into_iter().unzip();
         // Sides are told by orientations.
         let turns = turns || sides.contains(&true);
-        let together = frames.together(groups).into_iter();
-        all.extend(together.map(|places| (kind, turns, places)));
+        let together = frames.with_taken(frames.together(groups));
+        all.extend(together.into_iter().map(|places| (kind, turns, places)));
     }
     let others = frames.moved_by_others.iter();
     out.moved_by_others = others.map(|kind| frames.kinds[*kind].to_string()).collect();
