@@ -106,13 +106,19 @@ impl Devtools {
         });
     }
 
-    /// Clicks the middle of an element with the mouse.
+    /// Clicks the middle of an element with the mouse, once it stays in its place: on a busy machine pictures and lists above it
+    /// come late.
     pub fn click(&mut self, selector: &str) {
-        let selector = json!(selector);
-        let place = self.value(&format!(
-            "(() => {{ const element = document.querySelector({selector}); element.scrollIntoView({{ block: 'center' }});\
-             const r = element.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()"
-        ));
+        let middle = format!(
+            "(() => {{ const element = document.querySelector({}); element.scrollIntoView({{ block: 'center' }});\
+             const r = element.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()",
+            json!(selector)
+        );
+        let mut before = Value::Null;
+        let place = waited(selector, || {
+            let now = self.value(&middle);
+            (std::mem::replace(&mut before, now.clone()) == now).then_some(now)
+        });
         for kind in ["mousePressed", "mouseReleased"] {
             let event = json!({ "type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1 });
             self.page("Input.dispatchMouseEvent", event);

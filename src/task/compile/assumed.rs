@@ -3,7 +3,7 @@
 use super::problem::Problem;
 use crate::robot::UP;
 use crate::task::classify::Layout;
-use crate::task::domain::{Coordinate, Fact, Frame, RelationalDomain, Situation};
+use crate::task::domain::{Coordinate, Fact, RelationalDomain, Situation};
 use crate::task::recording::ObjectPose;
 
 /// Height at which an object that is not seen is remembered, in metres. No state and no reference is near it.
@@ -49,15 +49,33 @@ pub(crate) fn is_loose(domain: &RelationalDomain, object: &ObjectPose) -> bool {
     object.pose.position[UP] > UNSEEN_M / 2.0 && domain.operators.iter().any(|o| moved(o.to))
 }
 
-/// Returns whether an object lies as high, give or take `most_m`, as in some place of the table from which actions take its kind: what
-/// lies in a bowl, say, is higher than what lies beside it.
-pub(crate) fn lies_as_high(domain: &RelationalDomain, object: &ObjectPose, most_m: f64) -> bool {
+/// Returns whether an object lies as high, give or take `most_m`, as in some place from which actions take its kind: what lies in a
+/// bowl, say, is higher than what lies beside it. Places in the frame of an object count from that object.
+pub(crate) fn lies_as_high(
+    domain: &RelationalDomain,
+    layout: &Layout,
+    object: usize,
+    most_m: f64,
+) -> bool {
+    let own = &layout.objects[object];
     let left = domain.operators.iter().flat_map(|o| &o.from).map(|state| &domain.states[*state]);
-    let own = left.filter(|state| *state.kind == *object.kind && state.frame == Frame::World);
-    let mut heights = own.flat_map(|state| &state.places).map(|place| place.coordinates[UP]);
-    heights.any(|height| match height {
-        Coordinate::Tight { mean, .. } => (object.pose.position[UP] - mean).abs() <= most_m,
-        Coordinate::Open { .. } => false,
+    let mut states = left.filter(|state| *state.kind == *own.kind);
+    states.any(|state| {
+        let from: Vec<f64> = match state.frame.kind() {
+            None => vec![0.0],
+            Some(kind) => {
+                let all = layout.objects.iter().enumerate();
+                let all = all.filter(|(i, o)| *i != object && *o.kind == *kind);
+                all.map(|(_, o)| o.pose.position[UP]).collect()
+            }
+        };
+        let mut heights = state.places.iter().map(|place| place.coordinates[UP]);
+        heights.any(|height| match height {
+            Coordinate::Tight { mean, .. } => {
+                from.iter().any(|from| (own.pose.position[UP] - from - mean).abs() <= most_m)
+            }
+            Coordinate::Open { .. } => false,
+        })
     })
 }
 

@@ -7,14 +7,13 @@ use super::build::PlannerBuild;
 use super::decision::Decision;
 use super::rollout::{PlanEnd, Prediction};
 use crate::sim::SimDuration;
-use crate::task::classify::{Layout, Located};
+use crate::task::classify::Layout;
 use crate::task::compile::{
     GroundProblem, Move, Problem, ProblemError, TargetPose, assumed, lies_as_high,
 };
 use crate::task::domain::Situation;
 use crate::task::error::TaskError;
 use crate::task::propositional::{ActionId, StateId, WorldState};
-use crate::task::recording::ObjectPose;
 
 /// Height above or below a known place, in metres, and tilt, in radians, up to which an object in no state lies as in that place, only
 /// elsewhere.
@@ -208,17 +207,17 @@ impl PlannerBuild {
         }
         // Objects in no state are the only hope, but not what floats or leans: it may be held, or jammed.
         let domain = problem.domain();
-        let lies = |(object, located): (&ObjectPose, &Located)| {
-            let offset = located.miss.map(|miss| miss.offset);
+        let lies = |object: usize| {
+            let offset = layout.located[object].miss.map(|miss| miss.offset);
             offset.is_some_and(|o| {
-                let high = o.high_m.abs() <= AS_HIGH_M || lies_as_high(domain, object, AS_HIGH_M);
+                let high =
+                    o.high_m.abs() <= AS_HIGH_M || lies_as_high(domain, layout, object, AS_HIGH_M);
                 high && o.off_rad <= AS_UPRIGHT_RAD
             })
         };
-        let at = layout.objects.iter().zip(&layout.located);
-        let all = assumed(problem, layout, true).into_iter().zip(&seen).zip(at);
+        let all = assumed(problem, layout, true).into_iter().zip(&seen).enumerate();
         let guessed: Situation =
-            all.map(|((guess, seen), at)| if lies(at) { guess } else { *seen }).collect();
+            all.map(|(i, (guess, seen))| if lies(i) { guess } else { *seen }).collect();
         if guessed == seen {
             return Ok(plan);
         }

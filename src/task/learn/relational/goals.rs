@@ -282,15 +282,17 @@ impl Ends<'_, '_> {
         };
         let hidden: Vec<usize> = (0..self.last.len()).map(|i| self.hidden(i, state)).collect();
         let counts: Vec<usize> = self.last.iter().map(|(_, end)| at(end, None)).collect();
-        // A state that held all along was no goal of the demonstrator. One that was left and reached again is.
+        let model = &self.found.states[state];
+        // A state that held all along was no goal of the demonstrator, unless most reached it and the others had nothing left to do.
+        // One that was left and reached again is.
         let gained = self.last.iter().zip(&counts).zip(&hidden).map(|(((d, _), end), hidden)| {
             let gained = *end > 0 && self.counts(state, *d).any(|count| count < *end);
-            (gained, *hidden > 0)
+            let done = *end > 0 && model.origin == Origin::Placed;
+            (gained, *hidden > 0 || done)
         });
         if !self.suffices(Held::of(gained)) {
             return None;
         }
-        let model = &self.found.states[state];
         let present = self.last.iter().map(|(d, _)| self.of_kind(*d, &model.kind).count());
         let present: Vec<usize> = present.collect();
         let ended = counts.iter().zip(&hidden).zip(&present);
