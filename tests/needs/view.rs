@@ -261,8 +261,10 @@ fn a_live_run_is_readable_by_everyone_on_every_width() {
         let media = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         page.page("Emulation.setEmulatedMedia", media);
         page.until(&format!("document.documentElement.dataset.theme === '{scheme}'"));
-        page.click("#network [data-path=\"memory\"]");
-        page.until("document.getElementById('chosen').textContent.startsWith('memory')");
+        page.click_until(
+            "#network [data-path=\"memory\"]",
+            "document.getElementById('chosen').textContent.startsWith('memory')",
+        );
         for button in ["#similar", "#spikes", "#energy"] {
             page.click(button);
         }

@@ -99,10 +99,26 @@ impl Devtools {
 
     /// Waits until an expression is true in the page.
     pub fn until(&mut self, expression: &str) {
+        waited(expression, || self.holds(expression).then_some(()));
+    }
+
+    /// Returns whether an expression is true in the page, which may not have been loaded yet.
+    fn holds(&mut self, expression: &str) -> bool {
+        let asked = json!({ "expression": expression, "returnByValue": true });
+        self.page("Runtime.evaluate", asked)["result"]["value"] == true
+    }
+
+    /// Clicks an element until an expression is true, as a person does on a busy machine, where a click can meet what is being
+    /// drawn anew.
+    pub fn click_until(&mut self, selector: &str, expression: &str) {
         waited(expression, || {
-            // The page may not have been loaded yet.
-            let asked = json!({ "expression": expression, "returnByValue": true });
-            (self.page("Runtime.evaluate", asked)["result"]["value"] == true).then_some(())
+            self.click(selector);
+            let mut looks = std::iter::repeat_n(Duration::from_millis(30), 100);
+            let came = looks.any(|pause| {
+                std::thread::sleep(pause);
+                self.holds(expression)
+            });
+            came.then_some(())
         });
     }
 
