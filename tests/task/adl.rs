@@ -291,28 +291,36 @@ impl Draw<'_> {
     }
 }
 
-#[test]
-fn compiled_problems_have_the_transitions_and_the_shortest_plans_of_their_meaning() {
-    let cases = std::env::var("SYMBOLT_ADL_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(150);
-    let (mut compared, mut solved, mut unsolved, mut skipped) = (0, 0, 0, 0);
+/// What random problems show, compared with their meaning: the number of calls, of problems that have a plan of some actions and
+/// that have none, and of those that are too large.
+fn compared(cases: u64, seed: Seed, rules: &[&str]) -> [usize; 4] {
+    let [mut calls, mut solved, mut unsolved, mut skipped] = [0; 4];
     for case in 0..cases {
-        let mut rng = Seed::new(4).derive_index("adl", case).rng();
-        let (domain, problem) = Draw { rng: &mut rng }.texts();
+        let mut rng = seed.derive_index("adl", case).rng();
+        let rule = rules[case as usize % rules.len()];
+        let (domain, problem) = Draw { rng: &mut rng }.texts_with(rule);
         let (domain, problem) = parse(&domain, &problem);
         if let Err(GroundFault::TooLarge { .. }) = Grounded::new(&domain, &problem) {
             skipped += 1;
             continue;
         }
-        let (_, calls, shortest) = compare(&domain, &problem, 60);
-        compared += calls;
+        let (_, more, shortest) = compare(&domain, &problem, 60);
+        calls += more;
         match shortest {
             Some(0) => {}
             Some(_) => solved += 1,
             None => unsolved += 1,
         }
     }
-    let counts = (compared, solved, unsolved, skipped);
-    assert!(compared > 2_000 && solved > 8 && unsolved > 20 && skipped < 3, "{counts:?}");
+    [calls, solved, unsolved, skipped]
+}
+
+#[test]
+fn compiled_problems_have_the_transitions_and_the_shortest_plans_of_their_meaning() {
+    let cases = std::env::var("SYMBOLT_ADL_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(150);
+    let counts = compared(cases, Seed::new(4), &[""]);
+    let [calls, solved, unsolved, skipped] = counts;
+    assert!(calls > 2_000 && solved > 8 && unsolved > 20 && skipped < 3, "{counts:?}");
 }
 
 #[test]
@@ -323,21 +331,9 @@ fn derived_predicates_that_need_themselves_mean_the_least_set_of_facts() {
         "(:derived (d ?x) (forall (?z) (or (not (r ?x ?z)) (d ?z))))\n",
         "(:derived (d ?x) (d ?x))\n(:derived (e ?x) (or (e c) (and (d ?x) (p))))\n",
     ];
-    let (mut compared, mut solved, mut skipped) = (0, 0, 0);
-    for case in 0..120 {
-        let mut rng = Seed::new(6).derive_index("recursion", case).rng();
-        let rule = rules[case as usize % rules.len()];
-        let (domain, problem) = Draw { rng: &mut rng }.texts_with(rule);
-        let (domain, problem) = parse(&domain, &problem);
-        if let Err(GroundFault::TooLarge { .. }) = Grounded::new(&domain, &problem) {
-            skipped += 1;
-            continue;
-        }
-        let (_, calls, shortest) = compare(&domain, &problem, 60);
-        compared += calls;
-        solved += usize::from(shortest.is_some_and(|length| length > 0));
-    }
-    assert!(compared > 1_500 && solved > 5 && skipped < 5, "{compared} {solved} {skipped}");
+    let counts = compared(120, Seed::new(6), &rules);
+    let [calls, solved, _, skipped] = counts;
+    assert!(calls > 1_500 && solved > 5 && skipped < 5, "{counts:?}");
 }
 
 #[test]
@@ -384,7 +380,12 @@ fn blocks_above_each_other_are_planned() {
 
 #[test]
 fn what_can_be_reached_over_a_thousand_fixed_roads_is_settled_while_grounding() {
-    let roads: String = (1..1000).map(|n| format!("(road p{} p{n})", n / 2)).collect();
+    // As a tree, and one after the other.
+    over_roads((1..1000).map(|n| format!("(road p{} p{n})", n / 2)).collect());
+    over_roads((1..1000).map(|n| format!("(road p{} p{n})", n - 1)).collect());
+}
+
+fn over_roads(roads: String) {
     let places: String = (0..1000).map(|n| format!("p{n} ")).collect();
     let (domain, problem) = parse(
         "(define (domain d) (:predicates (road ?a ?b) (lit ?a) (reached ?a))
@@ -397,6 +398,7 @@ fn what_can_be_reached_over_a_thousand_fixed_roads_is_settled_while_grounding() 
     let began = std::time::Instant::now();
     let grounded = Grounded::new(&domain, &problem).unwrap();
     assert_eq!((grounded.operators.len(), grounded.goal.len()), (1000, 1));
+    validate(&domain, &problem, ["(light p999)"]).unwrap();
     assert!(began.elapsed().as_secs() < 20, "{:?}", began.elapsed());
 }
 

@@ -101,10 +101,11 @@ impl<'a> Scope<'a> {
             return self.compare(comparison, left, right);
         }
         match (head, rest) {
-            ("and", _) => Ok(Condition::All(self.all(rest)?)),
-            ("or", _) => {
-                Ok(Condition::Any(rest.iter().map(|n| self.hard(n)).collect::<Result<_, _>>()?))
+            ("and", _) => {
+                let parts = rest.iter().map(|part| self.condition(part));
+                Ok(Condition::All(parts.collect::<Result<_, _>>()?))
             }
+            ("or", _) => Ok(Condition::Any(self.each_hard(rest)?)),
             ("not", [inner]) => Ok(not(self.hard(inner)?)),
             ("imply", [from, to]) => {
                 let from = self.hard(from)?;
@@ -122,10 +123,10 @@ impl<'a> Scope<'a> {
             ("exists" | "forall", [variables, body @ ..]) if !body.is_empty() => {
                 let depth = self.quantify(variables)?;
                 let inner = match (head, body) {
-                    ("exists", [inner]) => self.hard(inner),
-                    (_, [inner]) => self.condition(inner),
+                    ("forall", [inner]) => self.condition(inner),
+                    (_, [inner]) => self.hard(inner),
                     // Some leave out the `and`.
-                    (_, several) => self.all(several).map(Condition::All),
+                    (_, several) => self.each_hard(several).map(Condition::All),
                 };
                 let variables = self.variables.split_off(depth);
                 let inner = Box::new(inner?);
@@ -157,12 +158,13 @@ impl<'a> Scope<'a> {
     }
 
     /// Reads a condition without preferences. Left out, they would mean that it always holds, or never.
-    fn hard(&mut self, node: &Node) -> Result<Condition, PddlFault> {
+    pub fn hard(&mut self, node: &Node) -> Result<Condition, PddlFault> {
         let before = self.preferences;
         let condition = self.condition(node)?;
         if self.preferences > before {
-            let problem = "a preference is one of several conditions of which not all need hold";
-            let expected = "preferences alone, in (and ...) or in (forall ...)";
+            let problem = "a preference stands where it would decide whether something else holds";
+            let expected =
+                "preferences in preconditions and goals, alone, in (and ...) or in (forall ...)";
             return Err(self.source.fault(node.place, problem, expected));
         }
         Ok(condition)
@@ -174,8 +176,8 @@ impl<'a> Scope<'a> {
         node.word().is_some_and(|word| named(word) && word != "?duration")
     }
 
-    fn all(&mut self, nodes: &[Node]) -> Result<Vec<Condition>, PddlFault> {
-        nodes.iter().map(|node| self.condition(node)).collect()
+    fn each_hard(&mut self, nodes: &[Node]) -> Result<Vec<Condition>, PddlFault> {
+        nodes.iter().map(|node| self.hard(node)).collect()
     }
 
     /// Adds the variables of a quantifier. Returns how many there were before.
@@ -286,7 +288,7 @@ impl<'a> Scope<'a> {
                 read
             }
             ("when", [condition, effect]) => {
-                let condition = self.condition(condition)?;
+                let condition = self.hard(condition)?;
                 let mut under = Under { open: None, ..under.clone() };
                 under.conditions.push(Rc::new(condition));
                 self.effect(effect, &mut under, action)

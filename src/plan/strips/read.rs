@@ -338,17 +338,18 @@ impl DomainReader<'_> {
     /// Sorts the rules so that each follows those of the predicates in its condition that do not need its own.
     fn order_derived(&mut self, sections: &[Node]) -> Result<(), PddlFault> {
         let rules = std::mem::take(&mut self.domain.derived);
-        let strata = Strata::new(&rules).map_err(|opposed| {
+        let strata = Strata::new(&rules);
+        if !strata.opposed.is_empty() {
             let mut of_rules = sections.iter().filter(|s| s.head() == Some(":derived"));
-            let named = |s: &&Node| {
-                tail(s).first().and_then(Node::head).is_some_and(|name| opposed.contains(&name))
-            };
+            let opposed = |name: &str| strata.opposed.contains(&name);
+            let named = |s: &&Node| tail(s).first().and_then(Node::head).is_some_and(opposed);
             let place = of_rules.find(named).map_or(Place { line: 1, column: 1 }, |s| s.place);
-            let names: Vec<String> =
-                opposed.iter().take(5).map(|n| format!("`{}`", short(n))).collect();
+            let names = strata.opposed.iter().take(5).map(|n| format!("`{}`", short(n)));
+            let names: Vec<String> = names.collect();
             let problem = format!("{} is derived by way of its own opposite", names.join(" or "));
-            self.source.fault(place, problem, "derived predicates that do not need their opposites")
-        })?;
+            let expected = "derived predicates that do not need their opposites";
+            return Err(self.source.fault(place, problem, expected));
+        }
         let of = |rule: &Derived| strata.stratum(&rule.predicate, rule.parameters.len());
         let mut order: Vec<usize> = (0..rules.len()).collect();
         order.sort_by_key(|at| of(&rules[*at]));
@@ -471,6 +472,6 @@ fn derived(mut scope: Scope<'_>, head: &Node, body: &Node) -> Result<Derived, Pd
         }
     }
     scope.variables.clone_from(&parameters);
-    let condition = scope.condition(body)?;
+    let condition = scope.hard(body)?;
     Ok(Derived { predicate, parameters, condition })
 }

@@ -4,7 +4,6 @@
 //! least set of derived facts (Apt, Blair and Walker, "Towards a theory of declarative knowledge", 1988).
 
 use super::formula::Derived;
-use super::pddl::Domain;
 
 /// The strata of a domain's rules.
 pub(super) struct Strata<'d> {
@@ -14,13 +13,13 @@ pub(super) struct Strata<'d> {
     strata: Vec<usize>,
     /// Whether each needs itself.
     recursive: Vec<bool>,
+    /// Names of predicates that need their own opposites, for which no state has a least set.
+    pub opposed: Vec<&'d str>,
 }
 
 impl<'d> Strata<'d> {
-    /// Finds the strata. The error has the names of predicates that need their own opposite.
-    ///
-    /// Costs O(n log n) for all literals of all conditions.
-    pub fn new(rules: &'d [Derived]) -> Result<Self, Vec<&'d str>> {
+    /// Finds the strata of rules. Costs O(n log n) for all literals of all conditions.
+    pub fn new(rules: &'d [Derived]) -> Self {
         let mut keys: Vec<(&str, usize)> = rules.iter().map(key).collect();
         keys.sort_unstable();
         keys.dedup();
@@ -47,20 +46,11 @@ impl<'d> Strata<'d> {
             .map(|(own, _)| keys[own].0)
             .collect();
         opposed.dedup();
-        if !opposed.is_empty() {
-            return Err(opposed);
-        }
         let mut recursive = vec![false; keys.len()];
         for (own, _) in each().filter(|(own, (needed, _))| within(*own, *needed)) {
             recursive[own] = true;
         }
-        Ok(Self { keys, strata, recursive })
-    }
-
-    /// Returns the strata of a domain that was read.
-    pub fn of(domain: &'d Domain) -> Self {
-        let none = || Self { keys: Vec::new(), strata: Vec::new(), recursive: Vec::new() };
-        Self::new(&domain.derived).unwrap_or_else(|_| none())
+        Self { keys, strata, recursive, opposed }
     }
 
     /// Returns the stratum of a derived predicate.

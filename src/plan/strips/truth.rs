@@ -2,7 +2,7 @@
 //!
 //! Nothing here is compiled, so that it is a reference for what is.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 use super::formula::{Condition, Number};
 use super::pddl::{Action, Atom, Domain, EQUAL, Fact, Literal, Problem, Term, Typed};
@@ -29,8 +29,18 @@ struct Round {
     stratum: usize,
     /// In the order in which they were asked for.
     asked: Vec<Fact>,
-    /// Those that were derived so far.
-    found: HashSet<Fact>,
+    /// Whether each was derived so far.
+    found: HashMap<Fact, bool>,
+}
+
+impl Round {
+    /// Returns whether a fact was derived so far. One that is new is asked for.
+    fn found(&mut self, fact: Fact) -> bool {
+        *self.found.entry(fact).or_insert_with_key(|fact| {
+            self.asked.push(fact.clone());
+            false
+        })
+    }
 }
 
 impl State {
@@ -43,7 +53,7 @@ impl<'a> World<'a> {
     pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
         let numbers = problem.numbers.iter().map(|(function, value)| (function, *value));
         let objects = problem.all_objects(domain);
-        Self { domain, objects, strata: Strata::of(domain), numbers: numbers.collect() }
+        Self { domain, objects, strata: Strata::new(&domain.derived), numbers: numbers.collect() }
     }
 
     /// Returns the fact of an atom whose parameters are `bound`.
@@ -84,37 +94,42 @@ impl<'a> World<'a> {
         holds
     }
 
-    /// Derives a fact that may need itself, with all that it needs of its stratum: in rounds, each from what was found before,
-    /// until nothing new is found.
+    /// Derives a fact that may need itself, with all that it needs of its stratum, until nothing new is found. What was asked for
+    /// last is looked at first: it is what the others need.
     fn recursive(&self, fact: Fact, stratum: usize, state: &mut State) -> bool {
         if let Some(round) = state.round.as_mut().filter(|round| round.stratum == stratum) {
-            if !round.asked.contains(&fact) {
-                round.asked.push(fact.clone());
-            }
-            return round.found.contains(&fact);
+            return round.found(fact);
         }
-        let own = Round { stratum, asked: vec![fact.clone()], found: HashSet::new() };
+        let mut own = Round { stratum, asked: Vec::new(), found: HashMap::new() };
+        own.found(fact.clone());
         let around = state.round.replace(own);
-        let (mut at, mut news) = (0, false);
-        loop {
-            let asked = |state: &State, at| state.round.as_ref()?.asked.get(at).cloned();
-            match asked(state, at) {
-                Some(next) => {
-                    let holds = self.by_rules(&next, state);
-                    news |= holds && state.round.as_mut().is_some_and(|r| r.found.insert(next));
-                    at += 1;
-                }
-                None if news => (at, news) = (0, false),
-                None => break,
+        let (mut looked_at, mut news) = (0, true);
+        while std::mem::take(&mut news) {
+            while let Some(next) =
+                state.round.as_ref().and_then(|r| r.asked.get(looked_at)).cloned()
+            {
+                looked_at += 1;
+                news |= self.finds(next, state);
             }
+            for at in (0..looked_at).rev() {
+                let next = state.round.as_ref().and_then(|round| round.asked.get(at)).cloned();
+                news |= next.is_some_and(|next| self.finds(next, state));
+            }
+            news |= state.round.as_ref().is_some_and(|round| round.asked.len() > looked_at);
         }
-        if let Some(Round { asked, found, .. }) = std::mem::replace(&mut state.round, around) {
-            state.derived.extend(asked.into_iter().map(|fact| {
-                let holds = found.contains(&fact);
-                (fact, holds)
-            }));
-        }
+        let round = std::mem::replace(&mut state.round, around);
+        state.derived.extend(round.into_iter().flat_map(|round| round.found));
         state.derived.get(&fact).copied().unwrap_or_default()
+    }
+
+    /// Returns whether a fact of the present stratum is derived that was not before.
+    fn finds(&self, fact: Fact, state: &mut State) -> bool {
+        let known = state.round.as_ref().and_then(|round| round.found.get(&fact)) == Some(&true);
+        let fresh = !known && self.by_rules(&fact, state);
+        if fresh && let Some(round) = &mut state.round {
+            round.found.insert(fact, true);
+        }
+        fresh
     }
 
     /// Returns whether some rule derives a fact.

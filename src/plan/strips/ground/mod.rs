@@ -5,9 +5,9 @@
 //! own, the complement of the fact, so that a ground operator has only positive preconditions.
 //!
 //! Quantifiers stand for all objects of their types, and derived predicates for the conditions that derive them, in as many
-//! rounds as they take if they need themselves. A condition that can be met in several ways, or an effect whose condition is not certain, makes several operators of one
-//! action with its objects. A part of the goal that can be met in several ways becomes a fact that hidden operators make true,
-//! and operators that change what it is about make false.
+//! rounds as they take if they need themselves. A condition that can be met in several ways, or an effect whose condition is
+//! not certain, makes several operators of one action with its objects. A part of the goal that can be met in several ways
+//! becomes a fact that hidden operators make true, and operators that change what it is about make false.
 //!
 //! | file | contents |
 //! |---|---|
@@ -201,7 +201,7 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         schemas.push(Schema::new(action, lower, &matters)?);
     }
     let mut known = Known::new(&base);
-    let strata = Strata::of(domain);
+    let strata = Strata::new(&domain.derived);
     for rule in &domain.derived {
         let mut lower = Lower::new(&base, &mut cache, &rule.parameters);
         let holds = lower.condition(&rule.condition, true);

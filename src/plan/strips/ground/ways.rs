@@ -416,28 +416,39 @@ impl<'b, 'a> Known<'b, 'a> {
         Ok(derived.get(&key).cloned().unwrap_or_default())
     }
 
-    /// Derives what is asked in the last round, and what that asks for, until nothing changes.
+    /// Derives what is asked in the last round, and what that asks for, until nothing changes. What was asked for last is looked at
+    /// first: it is what the others need.
     fn settle_round(&self) -> Result<(), TooLarge> {
-        let asked = |at: usize| {
-            let rounds = self.rounds.borrow();
-            rounds.last().and_then(|round| round.asked.get(at).cloned())
-        };
-        let mut changed = true;
+        let asked = || self.rounds.borrow().last().map_or(0, |round| round.asked.len());
+        let (mut looked_at, mut changed) = (0, true);
         while std::mem::take(&mut changed) {
-            let mut at = 0;
-            while let Some(key) = asked(at) {
-                at += 1;
-                let mut ways = self.ways_by_rules(&key)?;
-                // Ways around a circle are wider than others, and there are more of them in each round.
-                self.steps(ways.len() * ways.len() / 64)?;
-                absorb_all(&mut ways);
-                if let Some(round) = self.rounds.borrow_mut().last_mut() {
-                    let before = round.ways.insert(key, Rc::new(ways.clone()));
-                    changed |= before.is_none_or(|before| *before != ways);
-                }
+            while looked_at < asked() {
+                changed |= self.look_at(looked_at)?;
+                looked_at += 1;
             }
+            for at in (0..looked_at).rev() {
+                changed |= self.look_at(at)?;
+            }
+            changed |= asked() > looked_at;
         }
         Ok(())
+    }
+
+    /// Derives what was asked for at a place in the last round anew. Returns whether its ways have changed.
+    fn look_at(&self, at: usize) -> Result<bool, TooLarge> {
+        let key = self.rounds.borrow().last().and_then(|round| round.asked.get(at).cloned());
+        let Some(key) = key else { return Ok(false) };
+        let mut ways = self.ways_by_rules(&key)?;
+        // Ways around a circle are wider than others, and there are more of them in each round.
+        self.steps(ways.len() * ways.len() / 64)?;
+        absorb_all(&mut ways);
+        let mut rounds = self.rounds.borrow_mut();
+        let Some(round) = rounds.last_mut() else { return Ok(false) };
+        let known = round.ways.get_mut(&key).filter(|known| ***known != ways);
+        Ok(known.is_some_and(|known| {
+            *known = Rc::new(ways);
+            true
+        }))
     }
 
     /// Returns the ways of a derivation by its rules.

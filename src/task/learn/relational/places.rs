@@ -524,26 +524,25 @@ impl Frames<'_, '_> {
     /// Returns whether things were put to the places of two states, and were found in the one more often than in the other
     /// by chance alone: a slot of a rack that happened to be taken at the start of some demonstrations.
     fn as_often_found(&self, groups: &[Group], state: &[usize], of: [usize; 2]) -> bool {
-        let counts = of.map(|one| {
+        let rests = of.map(|one| -> Vec<usize> {
             let own = groups.iter().zip(state).filter(|(_, s)| **s == state[one]);
-            let rests: Vec<Came> = (own.flat_map(|(group, _)| &group.rests))
-                .map(|rest| self.motion.rests[*rest].came)
-                .collect();
-            let found = rests.iter().filter(|came| **came == Came::Found).count();
-            let put = rests.iter().any(|came| matches!(came, Came::Placed(_)));
-            (found as u64, rests.len() as u64, put)
+            own.flat_map(|(group, _)| group.rests.clone()).collect()
         });
-        let [(found, all, _), (others_found, others, _)] = counts;
-        let (found, all) = match found * others >= others_found * all {
-            true => (found, all),
-            false => (others_found, others),
+        let found = |rests: &Vec<usize>| {
+            rests.iter().filter(|rest| self.motion.rests[**rest].came == Came::Found).count()
         };
-        let (sum, of_all) = (counts[0].0 + counts[1].0, counts[0].1 + counts[1].1);
-        let chance = Hypergeometric::new(of_all, sum, all);
-        let chance =
-            chance.map_or(0.0, |chance| found.checked_sub(1).map_or(1.0, |f| chance.sf(f)));
-        counts.iter().all(|(.., put)| *put) && chance > CHANCE
+        let [(a, of_a), (b, of_b)] = [0, 1].map(|i| (found(&rests[i]), rests[i].len()));
+        let more = if a * of_b >= b * of_a { (a, of_a) } else { (b, of_b) };
+        let put = |rests: &Vec<usize>| rests.iter().any(|rest| self.was_put(*rest));
+        rests.iter().all(put) && so_many_found(more, (a + b, of_a + of_b)) > CHANCE
     }
+}
+
+/// Returns the probability that of some things so many or more were found, if those that were found of all were dealt out at random
+/// (Fisher's exact test). Both are given with the number of things.
+pub(super) fn so_many_found((found, of): (usize, usize), (all, of_all): (usize, usize)) -> f64 {
+    let dealt = Hypergeometric::new(of_all as u64, all as u64, of as u64);
+    dealt.map_or(0.0, |dealt| found.checked_sub(1).map_or(1.0, |less| dealt.sf(less as u64)))
 }
 
 /// Least probability at which a difference is taken for chance, of the sources or sinks of two places, and of both together.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::frames::Frames;
 use super::motion::Came;
-use super::places::{CHANCE_BOTH, Group, PLACE_M, PLACE_SD};
+use super::places::{CHANCE_BOTH, Group, PLACE_M, PLACE_SD, so_many_found};
 
 /// Number of places from which they show how a row or a grid goes on.
 const ROW: usize = 3;
@@ -124,8 +124,8 @@ impl Frames<'_, '_> {
         };
         let here: Option<Vec<(usize, Vector3<f64>)>> =
             rests.iter().map(|rest| like(*rest).map(|at| (*rest, at))).collect();
-        let (of, all) = (row.found + rests.len(), row.all + rests.len());
-        let chance: f64 = (0..rests.len()).map(|i| (of - i) as f64 / (all - i) as f64).product();
+        let n = rests.len();
+        let chance = so_many_found((n, n), (row.found + n, row.all + n));
         let Some(here) = here.filter(|_| chance > CHANCE_BOTH) else { return Vec::new() };
         let mut places: Vec<(Vector3<f64>, Vec<usize>)> = Vec::new();
         for (rest, at) in here {
