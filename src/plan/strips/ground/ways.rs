@@ -477,6 +477,10 @@ impl<'b, 'a> Known<'b, 'a> {
     fn few(&self, mut ways: Vec<Way>) -> Result<Vec<Way>, TooLarge> {
         self.steps(ways.len())?;
         absorb(&mut ways);
+        if ways.len() > MAX_WAYS && ways.len() <= 8 * MAX_WAYS {
+            self.steps(ways.len() * ways.len() / 64)?;
+            absorb_all(&mut ways);
+        }
         if ways.len() > MAX_WAYS {
             return Err(TooLarge::new(
                 "ways in which one condition of an action can hold",
