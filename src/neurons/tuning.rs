@@ -69,8 +69,8 @@ pub struct Tuning {
     /// Range of maximum rates, in Hz: above 0, and possible for the neuron model. Each neuron draws its rate
     /// uniformly. Default: 200 to 400.
     pub max_rates: [f64; 2],
-    /// Range of intercepts for neurons of one dimension: at least -1 and below 1. Each neuron draws its intercept
-    /// uniformly. Default: -1 to 0.9.
+    /// Range of intercepts for neurons of one dimension, and for [`Ensemble`](super::Ensemble)s of two and three: at
+    /// least -1 and below 1. Each neuron draws its intercept uniformly. Default: -1 to 0.9.
     ///
     /// Selections and [`Map::above`](super::Map::above) draw intercepts above their level. Pointers draw them from the
     /// distribution of cosines between random directions (Gosmann and Eliasmith, "Optimizing semantic pointer

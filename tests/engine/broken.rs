@@ -1,9 +1,11 @@
 //! What strangers met that did not work, each by its symptom.
 
 use symbolt::neurons::{
-    BuiltLayer, Encoders, Ensemble, Lif, LifSpec, NonNegative, Population, PopulationPlan,
+    BuiltLayer, Encoders, Ensemble, Learned, Lif, LifSpec, NonNegative, Pes, Population,
+    PopulationPlan, Rls,
 };
 use symbolt::prelude::*;
+use symbolt::sim::{BuildError, BuildErrors};
 
 fn lif() -> PopulationPlan {
     PopulationPlan::all(Population::Lif(LifSpec::default()))
@@ -108,4 +110,79 @@ fn names_for_people_that_cannot_be_shown_are_refused_with_the_path() {
         let error = refused(path, name, meaning).expect("refused");
         assert!(error.contains(said), "{error}");
     }
+}
+
+#[test]
+fn a_wrong_setting_is_told_once_without_faults_that_follow_from_it() {
+    fn ensemble(ensemble: Ensemble) -> GraphBuilder {
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("given", Constant::vector(&[0.5]));
+        let a = graph.add("wrong", ensemble.identity("x"));
+        let b = graph.add("b", Ensemble::new(1).identity("x"));
+        graph.route(&given >> &a.input);
+        graph.route(&a.output("x") >> &b.input);
+        graph
+    }
+    fn learned(teach: impl FnOnce(&mut GraphBuilder)) -> GraphBuilder {
+        let mut graph = GraphBuilder::new();
+        teach(&mut graph);
+        graph
+    }
+    fn stimulus(each: u64, rows: &[[f32; 1]]) -> GraphBuilder {
+        let mut graph = GraphBuilder::new();
+        let rows = Stimulus::vectors(rows, SimDuration::from_millis(each));
+        let given = graph.add("wrong", rows);
+        let a = graph.add("a", Ensemble::new(1).identity("x"));
+        graph.route(&given >> &a.input);
+        graph
+    }
+    let pes = learned(|graph| {
+        let pre = graph.add("pre", Constant::vector(&[100.0, 50.0]));
+        let error = graph.add("error", Constant::vector(&[1.0, -1.0]));
+        let learned = graph.add("wrong", Learned::new(&pre, 2).rule(Pes::new(f64::NAN)));
+        graph.route(&error >> &learned.error());
+    });
+    let rls = learned(|graph| {
+        let pre = graph.add("pre", Constant::vector(&[100.0, 50.0]));
+        let target = graph.add("target", Constant::vector(&[1.0, -1.0]));
+        let rule = Rls::new(f64::INFINITY).toward_target();
+        let learned = graph.add("wrong", Learned::new(&pre, 2).rule(rule));
+        graph.route(&target >> &learned.target());
+    });
+    let square = Ensemble::new(1).decode("square", 1, |x, out| out[0] = x[0] * x[0]);
+    let faults = |graph: &GraphBuilder, plan: &PopulationPlan| match graph.build(
+        Timebase::default(),
+        plan,
+        Seed::new(1),
+    ) {
+        Ok(_) => Vec::new(),
+        Err(BuildErrors(faults)) => faults,
+    };
+    for (graph, said) in [
+        (pes, "NaN"),
+        (rls, "inf"),
+        (stimulus(10, &[]), "no values; give at least one"),
+        (stimulus(0, &[[1.0], [2.0]]), "the times of a stimulus must increase"),
+        (ensemble(Ensemble::new(0)), "0 dimensions; expected at least 1"),
+        (ensemble(Ensemble::new(1).copies(0)), "0 copies; expected at least 1"),
+    ] {
+        for plan in [PopulationPlan::direct(), lif()] {
+            let faults = faults(&graph, &plan);
+            let messages: Vec<String> = faults.iter().map(ToString::to_string).collect();
+            assert!(messages.len() == 1 && messages[0].contains(said), "{said}: {messages:?}");
+            assert!(messages[0].contains("`wrong"), "{messages:?}");
+        }
+    }
+    // Direct mode limits the value, and has no decoders that could be infinite.
+    let found = faults(&ensemble(square.radius(1e38)), &lif());
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].to_string().contains("radius"), "{found:?}");
+    // The wrong variant: two faults that do not follow from each other are both told.
+    let mut graph = ensemble(Ensemble::new(0));
+    let apart = graph.add("apart", Ensemble::new(1).identity("x"));
+    let two = graph.add("two", Constant::vector(&[1.0, 2.0]));
+    graph.route(&two >> &apart.input);
+    let found = faults(&graph, &lif());
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found.iter().any(|fault| matches!(fault, BuildError::WidthMismatch { .. })));
 }

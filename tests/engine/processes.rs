@@ -410,7 +410,7 @@ fn bad_processes_have_a_sentence() {
             Box::new(|graph| {
                 graph.add("it", Stimulus::scalars(&[], ms(5)));
             }),
-            "it begins again after 0 ms",
+            "no values; give at least one",
         ),
         (
             Box::new(|graph| {

@@ -3,15 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use rand::{Rng, RngExt};
-
 use super::neuron_ports::NeuronPorts;
 use super::represent::limiting;
 use super::settings::Settings;
 use super::{Circuit, Layer, Layers, Populated, Target, check_radius};
 use crate::neurons::bank::{Draft, Shape};
 use crate::neurons::builder::{self, PopulationBuilder};
-use crate::neurons::draw::on_sphere;
+use crate::neurons::draw::{EvenPoints, in_ball};
 use crate::neurons::models::NeuronModel;
 use crate::neurons::poles;
 use crate::neurons::solve::{Points, Special};
@@ -37,12 +35,16 @@ pub(super) struct Decoded {
 /// the layer as its node `neurons`.
 ///
 /// In neurons, an ensemble has [`Tuning::per_function`](crate::neurons::Tuning::per_function) neurons per dimension
-/// times [`size`](Self::size). Encoders are random directions. Evaluation points are drawn evenly from the ball of the
-/// radius, and in one dimension lie evenly apart. In more than three dimensions their norms are those of a ball of three:
-/// nearly all points of a ball of many dimensions lie at its surface. Intercepts are drawn from the distribution of one
-/// coordinate in the ball, so that neurons fire where values are (Gosmann and Eliasmith 2016). Direct mode computes the
-/// functions exactly, of the vector limited to the radius, because neurons saturate there. Solving costs
-/// O(points x neurons^2), about 0.1 s for 1,000 neurons.
+/// times [`size`](Self::size). Direct mode computes the functions exactly, of the vector limited to the radius, because
+/// neurons saturate there. Solving costs O(points x neurons^2), about 0.1 s for 1,000 neurons.
+///
+/// Up to three dimensions neurons and evaluation points are spread evenly, from a random start: chance would leave gaps.
+/// In one dimension, encoders are 1 and -1 in turn, the range of intercepts is cut into as many parts as there are pairs
+/// of neurons, and points lie evenly apart. In two and three, encoders with intercepts are points of a quasirandom
+/// sequence (Roberts 2018), and so are the evaluation points in the ball of the radius. In more dimensions encoders are
+/// random directions, and intercepts follow the distribution of one coordinate in the ball, so that neurons fire where
+/// values are (Gosmann and Eliasmith 2016). Points are drawn with the norms of a ball of three dimensions: nearly all
+/// points of a ball of many dimensions lie at its surface.
 ///
 /// A controlled oscillator: the ensemble represents a point and decodes its motion.
 ///
@@ -297,6 +299,13 @@ impl Ensemble {
 
 impl Node for Ensemble {
     fn declare(&self, ports: &mut PortDecl) {
+        for (number, of) in [(self.dims, "dimensions"), (self.copies, "copies")] {
+            if number == 0 {
+                // Ports without a width would each add a fault.
+                ports.fault(format!("0 {of}; expected at least 1"));
+                return;
+            }
+        }
         check_radius(self.radius, ports);
         if self.functions.is_empty() && !self.exposed {
             ports.fault("nothing is decoded; expected at least one function");
@@ -386,13 +395,6 @@ impl Module for Ensemble {
     }
 }
 
-/// Draws a vector from the unit ball: its direction evenly, its length as in a ball of at most `most` dimensions.
-fn in_ball<R: Rng>(rng: &mut R, out: &mut [f64], most: usize) {
-    on_sphere(rng, out);
-    let length = rng.random::<f64>().powf(1.0 / out.len().min(most) as f64);
-    out.iter_mut().for_each(|value| *value *= length);
-}
-
 impl Layer for Ensemble {
     fn direct(&self) -> Box<dyn Node> {
         Box::new(self.clone())
@@ -437,6 +439,9 @@ impl Layer for Ensemble {
         let mut hash = Fingerprint::default();
         settings.fingerprint(&mut hash, dims);
         self.functions.iter().for_each(|decoded| decoded.target.fingerprint(&mut hash));
+        if (2..=EvenPoints::MOST_DIMS).contains(&dims) {
+            hash.text("even");
+        }
         for Special { points, .. } in &special {
             points.iter().for_each(|points| numbers_of(points, &mut hash));
         }
@@ -457,8 +462,10 @@ impl Layer for Ensemble {
         let (starts, spec) = (settings.starts.clone(), builder.spec.clone());
         let draft = move |copy, seed: Seed| {
             let neurons = match dims {
-                _ if settings.draws() => settings.draw(&spec, &shape, (copy, seed))?,
-                1 => spec.scalar(neurons, seed)?,
+                1 if !settings.draws() => spec.scalar(neurons, seed)?,
+                _ if dims <= EvenPoints::MOST_DIMS || settings.draws() => {
+                    settings.draw(&spec, &shape, (copy, seed))?
+                }
                 _ => spec.directions(&shape, &mut seed.rng())?,
             };
             let (values, wanted) = (values.clone(), wanted.clone());
@@ -515,7 +522,18 @@ impl Ensemble {
         }
         let mut rng = seed.derive("", "points").rng();
         let mut values = vec![0.0; count * self.dims];
-        values.chunks_exact_mut(self.dims).for_each(|value| in_ball(&mut rng, value, 3));
+        let rows = values.chunks_exact_mut(self.dims);
+        if self.dims > EvenPoints::MOST_DIMS {
+            rows.for_each(|value| in_ball(&mut rng, value, 3));
+            return values;
+        }
+        let mut even = EvenPoints::new(&mut rng, self.dims);
+        for value in rows {
+            let point = even.advance();
+            EvenPoints::direction(point, value);
+            let length = point[self.dims - 1].powf(1.0 / self.dims as f64);
+            value.iter_mut().for_each(|value| *value *= length);
+        }
         values
     }
 

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Ensemble;
 use crate::neurons::bank::{Shape, hadamard};
-use crate::neurons::draw::{Neurons, cosine, on_sphere};
+use crate::neurons::draw::{EvenPoints, Neurons, cosine, on_sphere};
 use crate::neurons::models::{NeuronModel, RateOf, Start};
 use crate::neurons::plan::NeuronSpec;
 use crate::neurons::solve::Solver;
@@ -30,8 +30,8 @@ enum Source<T, D> {
 }
 
 impl Values {
-    /// Draws uniformly from `low` up to `high`. In one dimension the range is cut into as many parts as there are
-    /// pairs of neurons, so that little is left to chance.
+    /// Draws uniformly from `low` up to `high`. Intercepts up to three dimensions are spread evenly over the range
+    /// ([`Ensemble`]).
     pub fn between(low: f64, high: f64) -> Self {
         Self(Source::Between(low, high))
     }
@@ -69,13 +69,16 @@ impl Values {
         Err(refuse(name, found, "finite numbers; of a range, in rising order"))
     }
 
-    /// Returns the number of a neuron, which has index `at` among those of all copies. `part` is its part of a range,
-    /// of so many.
-    fn draw(&self, rng: &mut ChaCha8Rng, at: usize, (part, parts): (usize, f64)) -> f64 {
+    /// Returns the number of a neuron, which has index `at` among those of all copies. `share` chooses a number of a
+    /// range, from 0 for the low end to 1.
+    fn draw(
+        &self,
+        rng: &mut ChaCha8Rng,
+        at: usize,
+        share: impl FnOnce(&mut ChaCha8Rng) -> f64,
+    ) -> f64 {
         match &self.0 {
-            Source::Between(low, high) => {
-                low + (high - low) * (part as f64 + rng.random::<f64>()) / parts
-            }
+            Source::Between(low, high) => low + (high - low) * share(rng),
             Source::Given(all) => all[at % all.len()],
             Source::Choice(all) => all[rng.random_range(0..all.len())],
             Source::Drawn(draw) => draw(rng),
@@ -380,9 +383,11 @@ impl Settings {
             ["encoders", "intercepts", "max rates"].map(|role| seed.derive("", role).rng());
         let uniform = |[low, high]: [f64; 2]| Values::between(low, high);
         let max_rates = self.max_rates.clone().unwrap_or_else(|| uniform(tuning.max_rates));
-        let intercepts = match (&self.intercepts, dims) {
-            (None, 1) => Some(uniform(tuning.intercepts)),
-            (own, _) => own.clone(),
+        let even_dims = (2..=EvenPoints::MOST_DIMS).contains(&dims);
+        let mut even = even_dims.then(|| EvenPoints::new(&mut directions, dims));
+        let intercepts = match &self.intercepts {
+            None if dims <= EvenPoints::MOST_DIMS => Some(uniform(tuning.intercepts)),
+            own => own.clone(),
         };
         let mut neurons = Neurons {
             dims,
@@ -395,21 +400,34 @@ impl Settings {
         };
         for (n, row) in neurons.encoders.chunks_exact_mut(dims).enumerate() {
             let at = copy * count + n;
-            match &self.encoders {
+            // A direction and an intercept. With the maximum rate as well, points of four coordinates leave greater errors
+            // than draws.
+            let point = even.as_mut().map(EvenPoints::advance);
+            match (&self.encoders, point) {
                 _ if hadamard => {}
-                Some(encoders) => encoders.draw(&mut directions, at, row)?,
-                None if dims == 1 => row[0] = if n.is_multiple_of(2) { 1.0 } else { -1.0 },
-                None => on_sphere(&mut directions, row),
+                (Some(encoders), _) => encoders.draw(&mut directions, at, row)?,
+                (None, Some(point)) => EvenPoints::direction(point, row),
+                (None, None) if dims == 1 => {
+                    row[0] = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
+                }
+                (None, None) => on_sphere(&mut directions, row),
             }
             let (gain, bias) = match &self.gains_and_biases {
                 Some([gains, biases]) => (gains[at % gains.len()], biases[at % biases.len()]),
                 None => {
-                    let part = if dims == 1 { (n / 2, count.div_ceil(2) as f64) } else { (0, 1.0) };
+                    let onset = |rng: &mut ChaCha8Rng| match point {
+                        Some(point) => point[dims - 1],
+                        None if dims == 1 => {
+                            ((n / 2) as f64 + rng.random::<f64>()) / count.div_ceil(2) as f64
+                        }
+                        None => rng.random(),
+                    };
                     let intercept = match &intercepts {
-                        Some(values) => values.draw(&mut onsets, at, part),
+                        Some(values) => values.draw(&mut onsets, at, onset),
                         None => cosine(&mut onsets, dims + 2),
                     };
-                    model.gain_bias(max_rates.draw(&mut rates, at, (0, 1.0)), intercept)?
+                    model
+                        .gain_bias(max_rates.draw(&mut rates, at, |rng| rng.random()), intercept)?
                 }
             };
             neurons.gains.push(gain);

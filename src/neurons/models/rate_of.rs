@@ -9,8 +9,9 @@ use crate::sim::Fingerprint;
 /// Neurons whose activity is the rate that a model has at their current: its [`rates`](NeuronModel::rates), in single
 /// precision. They have the tuning and decoding error of the model, without its spikes and without its state.
 ///
-/// A model without a formula of its rate, such as [`Izhikevich`](super::Izhikevich), simulates a second of every neuron in
-/// each tick: over a thousand times as long as LIF.
+/// In place of a model without a formula of its rate, such as [`Izhikevich`](super::Izhikevich), its
+/// [`rate_form`](NeuronModel::rate_form) is stepped, if that has no state: a table of rates. Gains, biases and decoders
+/// are those of the model. A model that has neither is simulated for its rates in each tick.
 ///
 /// ```
 /// use symbolt::neurons::{Izhikevich, Population, RateOf, SpikingRectifiedLinear};
@@ -18,12 +19,17 @@ use crate::sim::Fingerprint;
 /// # let _ = mode;
 /// ```
 #[derive(Debug, Clone)]
-pub struct RateOf(Arc<dyn NeuronModel>);
+pub struct RateOf {
+    model: Arc<dyn NeuronModel>,
+    /// What is stepped in place of the model's rates.
+    stepped: Option<Arc<dyn NeuronModel>>,
+}
 
 impl RateOf {
     /// Makes neurons with the rates of `model`.
     pub fn new(model: impl NeuronModel) -> Self {
-        Self(Arc::new(model))
+        let stepped = model.rate_form().filter(|form| form.state().is_empty());
+        Self { model: Arc::new(model), stepped }
     }
 
     /// Returns the model that stands for `model` in rate mode.
@@ -31,7 +37,8 @@ impl RateOf {
         if model.firing() == Firing::Rates {
             return model.clone();
         }
-        model.rate_form().unwrap_or_else(|| Arc::new(Self(model.clone())))
+        let rates = || Arc::new(Self { model: model.clone(), stepped: None });
+        model.rate_form().unwrap_or_else(|| rates())
     }
 }
 
@@ -40,15 +47,28 @@ impl NeuronModel for RateOf {
         "rate of"
     }
 
-    tuned_as!(this => this.0);
+    tuned_as!(this => this.model);
 
     fn check(&self, dt_s: f64) -> Result<(), TuningError> {
-        self.0.check(dt_s)
+        self.model.check(dt_s)
     }
 
-    fires_its_rates!();
+    fn firing(&self) -> Firing {
+        Firing::Rates
+    }
+
+    #[inline(always)]
+    fn step(&self, block: Block<'_>) {
+        match &self.stepped {
+            Some(form) => form.step(block),
+            None => {
+                block.activity.copy_from_slice(block.currents);
+                self.model.rates_single(block.activity);
+            }
+        }
+    }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
-        self.0.fingerprint(hash.text(self.name()));
+        self.model.fingerprint(hash.text(self.name()));
     }
 }

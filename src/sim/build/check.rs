@@ -131,10 +131,15 @@ fn freeze(
     notes.retain(|path, _| nodes.iter().any(|node| is_within(&node.path, path)));
     let order = emit_order(&nodes, &draft.edges, &mut faults);
     if !faults.is_empty() {
+        let refused = faults.iter().filter_map(|fault| match fault {
+            BuildError::Refused { node, .. } => Some(node.clone()),
+            _ => None,
+        });
+        let refused: Vec<String> = refused.collect();
         // A layer states some of its faults twice: as a node, and when it is lowered.
         let mut once: Vec<BuildError> = Vec::new();
         for fault in faults {
-            if !once.contains(&fault) {
+            if !once.contains(&fault) && !follows(&fault, &refused) {
                 once.push(fault);
             }
         }
@@ -154,6 +159,20 @@ fn freeze(
         moved,
     };
     layout::lay_out(checked).map_err(|fault| BuildErrors(vec![fault]))
+}
+
+/// Returns whether a fault is about the ports of a refused node. They are not what they would be without its own fault,
+/// which needs no second message.
+fn follows(fault: &BuildError, refused: &[String]) -> bool {
+    let of = |port: &str, node: &String| {
+        port.strip_prefix(node.as_str()).is_some_and(|rest| rest.starts_with('.'))
+    };
+    refused.iter().any(|refused| match fault {
+        BuildError::UnknownPort { node, .. } => is_within(refused, node),
+        BuildError::WidthMismatch { from, to, .. } => of(from, refused) || of(to, refused),
+        BuildError::Unfed { port, .. } => of(port, refused),
+        _ => false,
+    })
 }
 
 /// Replaces a layer whose lowering failed, so that the remaining checks can run.

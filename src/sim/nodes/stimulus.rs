@@ -218,10 +218,11 @@ impl Course {
                 ports.fault("a value is infinite or not a number; use finite values");
             }
         }
-        if self.starts.windows(2).any(|w| w[0] >= w[1]) {
+        if self.entries.is_empty() && self.every.is_some_and(SimDuration::is_zero) {
+            ports.fault("no values; give at least one");
+        } else if self.starts.windows(2).any(|w| w[0] >= w[1]) {
             ports.fault("the times of a stimulus must increase; give the changes in order of time");
-        }
-        if let Some(every) = self.every
+        } else if let Some(every) = self.every
             && self.starts.last().map_or(every.is_zero(), |last| *last >= every)
         {
             ports.fault(format!(

@@ -69,7 +69,8 @@ fn every_model_represents_a_constant_vector() {
         let plan = if name == "direct" { PopulationPlan::direct() } else { lif() };
         let sim = run(&graph, &plan, 400);
         println!("{name}");
-        near(&mean(&sim, &probe, 390, 400), &wanted, 0.1);
+        // Poisson spikes leave a noise of 0.044: over 200 ms the mean is off by 0.1 in less than one seed of 1,000.
+        near(&mean(&sim, &probe, 200, 400), &wanted, 0.1);
     }
 }
 
