@@ -40,7 +40,7 @@ fn leave_out() -> Result<(), TaskError> {
 fn compute_otherwise() -> Result<(), Box<dyn Error>> {
     let domain = tea()?;
     let few = LifSpec::tuned(Tuning { per_item: 10, ..Tuning::default() });
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()))
+    let plan = PopulationPlan::lif()
         .with("planner/required/**".parse()?, Population::Lif(few))
         .with("planner/motor_gate/**".parse()?, Population::Direct);
     let planner = Planner::with_plan(&domain, PlannerSpec::default(), &plan, Seed::new(1))?;

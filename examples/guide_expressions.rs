@@ -71,7 +71,7 @@ fn a_gesture() -> Result<(), Box<dyn Error>> {
             (out[0], out[1]) = (0.9 * angle[0].cos(), 0.9 * angle[0].sin());
         }),
     );
-    let seen = Ensemble::new(2).identity("place").decode("area", 1, |x, out| out[0] = x[0] * x[1]);
+    let seen = Ensemble::new(2).identity("place").function("area", |x| x[0] * x[1]);
     let seen = graph.add("seen", seen);
     let [turned, area] =
         [("turned", 2), ("area", 1)].map(|(name, width)| graph.add(name, Add::vector(width)));

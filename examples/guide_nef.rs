@@ -11,16 +11,12 @@ use symbolt::neurons::{
     AdaptiveLif, BuiltLayer, L1, LearnedPorts, LearningRule, NonNegative, Target,
 };
 use symbolt::prelude::*;
-use symbolt::sim::{ProbeId, Signal};
+use symbolt::sim::ProbeId;
 use symbolt::spa::{Integrator, Multiply, Oscillator};
 
 type Done = Result<(), Box<dyn Error>>;
 
 const MS: fn(u64) -> SimDuration = SimDuration::from_millis;
-
-fn spiking() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
-}
 
 /// Records a value through a low-pass of 20 ms.
 fn watch(graph: &mut GraphBuilder, value: &Out<Vector>) -> ProbeId<Vector> {
@@ -39,7 +35,7 @@ fn tuning_curves() -> Done {
     let given = graph.add("given", Constant::scalar(0.5));
     let a = graph.add("a", Ensemble::new(1).identity("x"));
     graph.route(&given >> &a);
-    let graph = graph.build(Timebase::default(), &spiking(), Seed::new(1))?;
+    let graph = graph.build(Timebase::default(), &PopulationPlan::lif(), Seed::new(1))?;
 
     let a = BuiltLayer::of(&graph, a.path())?.ensemble(0)?;
     println!("{} neurons", a.gains().len());
@@ -61,9 +57,11 @@ fn channel() -> Done {
     graph.route(&given >> &a);
     graph.route(&a.output("x") >> &b);
     let probe = watch(&mut graph, &b.output("x"));
-    let rates = PopulationPlan::all(Population::Rate(LifSpec::default()));
-    let plans = [("direct", PopulationPlan::direct()), ("rate", rates), ("spiking", spiking())];
-    for (mode, plan) in plans {
+    for (mode, plan) in [
+        ("direct", PopulationPlan::direct()),
+        ("rate", PopulationPlan::rate()),
+        ("spiking", PopulationPlan::lif()),
+    ] {
         let sim = graph.run(&plan, Seed::new(1), MS(400))?;
         println!("{mode} channel: {:.2}", mean(&sim, &probe, 300..400));
     }
@@ -78,8 +76,7 @@ fn arithmetic() -> Done {
     let sum = graph.add("sum", Ensemble::new(1).identity("x"));
     graph.route(&a + 0.5 * &b >> &sum);
 
-    let product = |x: &[f32], out: &mut [f32]| out[0] = x[0] * x[1];
-    let pair = graph.add("pair", Ensemble::new(2).decode("product", 1, product));
+    let pair = graph.add("pair", Ensemble::new(2).function("product", |x| x[0] * x[1]));
     graph.route(a.embed(0, 2) + b.embed(1, 2) >> &pair);
 
     let module = graph.add("module", Multiply::new());
@@ -90,7 +87,7 @@ fn arithmetic() -> Done {
 
     let outputs = [sum.output("x"), pair.output("product"), precise.output("x")];
     let probes = outputs.map(|output| watch(&mut graph, &output));
-    let sim = graph.run(&spiking(), Seed::new(1), MS(400))?;
+    let sim = graph.run(&PopulationPlan::lif(), Seed::new(1), MS(400))?;
     let [sum, product, precise] = probes.map(|probe| mean(&sim, &probe, 200..400));
     println!("spiking sum: {sum:.2} products: {product:.2} {precise:.2}");
     Ok(())
@@ -100,31 +97,29 @@ fn dynamics() -> Done {
     let slow = Synapse::lowpass_ms(100);
     let mut graph = GraphBuilder::new();
 
-    let speed = Signal::vector(1, |t, out| out[0] = if t < 0.5 { 1.0 } else { 0.0 });
-    let speed = graph.add("speed", speed);
+    let speed = graph.add("speed", Stimulus::steps_ms([(0, 1.0), (500, 0.0)]));
     let place = graph.add("place", Ensemble::new(1).identity("x"));
     graph.route((&place.output("x") + 0.1 * &speed >> &place).via(slow));
 
-    let kick = Signal::vector(2, |t, out| out[0] = if t < 0.1 { 1.0 } else { 0.0 });
-    let kick = graph.add("kick", kick);
+    let kick = graph.add("kick", Stimulus::steps_ms([(0, [1.0, 0.0]), (100, [0.0, 0.0])]));
     let point = graph.add("point", Ensemble::new(2).identity("x"));
     // 10 rad/s: tau times the speed is 1.
     let turned = point.output("x").transform([[1.0, -1.0], [1.0, 1.0]]);
     graph.route(&kick >> &point);
     graph.route((turned >> &point).via(slow));
 
-    let step = |x: &[f32], out: &mut [f32]| {
-        out[0] = x[0] + 0.1 * 10.0 * (x[1] - x[0]);
-        out[1] = x[1] + 0.1 * (-x[0] * x[2] - x[1]);
-        out[2] = x[2] + 0.1 * (x[0] * x[1] - 8.0 / 3.0 * (x[2] + 28.0) - 28.0);
+    let step = |x: &[f32]| {
+        let along = x[0] + 0.1 * 10.0 * (x[1] - x[0]);
+        let across = x[1] + 0.1 * (-x[0] * x[2] - x[1]);
+        [along, across, x[2] + 0.1 * (x[0] * x[1] - 8.0 / 3.0 * (x[2] + 28.0) - 28.0)]
     };
     let lorenz = Ensemble::new(3).neurons(1_000).radius(60.0);
-    let lorenz = graph.add("lorenz", lorenz.decode("step", 3, step).identity("x"));
+    let lorenz = graph.add("lorenz", lorenz.function("step", step).identity("x"));
     graph.route((&lorenz.output("step") >> &lorenz).via(slow));
 
     let outputs = [place.output("x"), point.output("x"), lorenz.output("x")];
     let [place, point, lorenz] = outputs.map(|output| watch(&mut graph, &output));
-    let sim = graph.run(&spiking(), Seed::new(1), MS(3_000))?;
+    let sim = graph.run(&PopulationPlan::lif(), Seed::new(1), MS(3_000))?;
     println!("spiking integral: {:.2}", mean(&sim, &place, 800..1_000));
     let up = |of: &ProbeId<Vector>| {
         let values: Vec<f32> = sim.samples(of).iter().map(|(_, value)| value[0]).collect();
@@ -139,10 +134,9 @@ fn dynamics() -> Done {
 
 fn modules() -> Done {
     let mut graph = GraphBuilder::new();
-    let speed = graph.add("speed", Signal::scalar(|t| if t < 0.5 { 1.0 } else { 0.0 }));
+    let speed = graph.add("speed", Stimulus::scalar(1.0).from(MS(500), &[0.0]));
     let place = graph.add("place", Integrator::scalar());
-    let kick = Signal::vector(2, |t, out| out[0] = if t < 0.1 { 1.0 } else { 0.0 });
-    let kick = graph.add("kick", kick);
+    let kick = graph.add("kick", Stimulus::steps_ms([(0, [1.0, 0.0]), (100, [0.0, 0.0])]));
     let clock = graph.add("clock", Oscillator::new(2.0));
     graph.route(&speed >> &place);
     graph.route(&kick >> &clock.input);
@@ -157,11 +151,11 @@ fn inhibition() -> Done {
     let mut graph = GraphBuilder::new();
     let given = graph.add("given", Constant::scalar(0.8));
     let a = graph.add("a", Ensemble::new(1).neurons(100).expose_neurons().identity("x"));
-    let stop = graph.add("stop", Signal::scalar(|t| if t < 0.3 { 0.0 } else { 1.0 }));
+    let stop = graph.add("stop", Stimulus::steps_ms([(300, 1.0)]));
     graph.route(&given >> &a);
     graph.route((stop.transform([[-2.5]; 100]) >> &a.encoded()).via(Synapse::lowpass_ms(5)));
     let probe = watch(&mut graph, &a.output("x"));
-    let sim = graph.run(&spiking(), Seed::new(1), MS(600))?;
+    let sim = graph.run(&PopulationPlan::lif(), Seed::new(1), MS(600))?;
     let [before, after] = [200..300, 500..600].map(|ticks| mean(&sim, &probe, ticks));
     println!("spiking before: {before:.2} inhibited: {after:.2}");
     Ok(())
@@ -174,7 +168,7 @@ fn adaptation() -> Done {
     let a = graph.add("a", Ensemble::new(1).model(adaptive).identity("x"));
     graph.route(&given >> &a);
     let probe = watch(&mut graph, &a.output("x"));
-    let sim = graph.run(&spiking(), Seed::new(1), MS(1_000))?;
+    let sim = graph.run(&PopulationPlan::lif(), Seed::new(1), MS(1_000))?;
     let [early, late] = [50..100, 900..1_000].map(|ticks| mean(&sim, &probe, ticks));
     println!("spiking early: {early:.2} adapted: {late:.2}");
     Ok(())
@@ -191,7 +185,7 @@ fn solvers() -> Done {
         .decode_as("positive", square().solver(NonNegative::default()));
     let a = graph.add("a", a);
     graph.route(&given >> &a);
-    let graph = graph.build(Timebase::default(), &spiking(), Seed::new(1))?;
+    let graph = graph.build(Timebase::default(), &PopulationPlan::lif(), Seed::new(1))?;
     let a = BuiltLayer::of(&graph, "a")?.ensemble(0)?;
     for name in ["default", "sparse", "positive"] {
         let used = a.decoders(name)?.iter().filter(|decoder| **decoder != 0.0).count();
@@ -207,7 +201,7 @@ fn lesson(
     weights: Weights,
 ) -> Result<(Simulator, LearnedPorts, f32), Box<dyn Error>> {
     let mut graph = GraphBuilder::new();
-    let given = graph.add("given", Signal::vector(1, |t, out| out[0] = (TAU * t).sin() as f32));
+    let given = graph.add("given", Signal::of(|t| (TAU * t).sin()));
     let pre = graph.add("pre", Ensemble::new(1).neurons(100).expose_neurons().identity("x"));
     let post = graph.add("post", Ensemble::new(1).identity("x"));
     let learned = Learned::new(&pre.neurons(), 1).rule(rule).weights(weights);
@@ -216,7 +210,7 @@ fn lesson(
     graph.route(&learned >> &post);
     graph.route(&post.output("x") - &pre.output("x") >> &learned.error());
     let probes = [&pre, &post].map(|end| watch(&mut graph, &end.output("x")));
-    let sim = graph.run(&spiking(), Seed::new(1), MS(2_000))?;
+    let sim = graph.run(&PopulationPlan::lif(), Seed::new(1), MS(2_000))?;
     let [pre, post] = probes.map(|probe| {
         let last = sim.samples(&probe).iter().skip(1_000);
         last.map(|(_, value)| value[0]).collect::<Vec<f32>>()
@@ -264,7 +258,7 @@ fn association() -> Done {
     graph.route(&learning >> &encoders.learning());
     graph.route(&learning >> &recall.learning());
     let probe = watch(&mut graph, &recall.output);
-    let sim = graph.run(&spiking(), Seed::new(1), MS(2_000))?;
+    let sim = graph.run(&PopulationPlan::lif(), Seed::new(1), MS(2_000))?;
     let [first, second] = [1_200..1_500, 1_700..2_000].map(|ticks| mean(&sim, &probe, ticks));
     println!("spiking recall: {first:.2} and {second:.2}");
     Ok(())

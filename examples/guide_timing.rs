@@ -56,7 +56,7 @@ fn quicker() -> Result<(), TaskError> {
 
 fn over_seeds() -> Result<(), TaskError> {
     let domain = tea()?;
-    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let lif = PopulationPlan::lif();
     let world = domain.world(["KETTLE_FULL", "LEAVES_IN_POT"])?;
     let mut times_ms = Vec::new();
     for seed in 1..=3 {

@@ -33,7 +33,7 @@ fn error(a: &[f32], b: &[f32], span: std::ops::Range<usize>) -> f32 {
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spiking = PopulationPlan::lif();
     let [first, last] = run(&spiking, Seed::new(1))?;
     println!("The error falls from {first:.3} in the first second to {last:.3} in the third.");
     Ok(())

@@ -46,7 +46,7 @@ pub fn run(plan: &PopulationPlan, seed: Seed, training_s: u64) -> Result<f64, Bo
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    let rates = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rates = PopulationPlan::rate();
     let error = run(&rates, Seed::new(1), 8)?;
     println!(
         "After eight seconds of training the generator is off by {error:.3} (the wave: 0.41)."

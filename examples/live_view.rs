@@ -80,7 +80,7 @@ fn timed(run: impl FnOnce() -> Result<(), Box<dyn Error>>) -> Result<[f64; 2], B
 /// time, processor time of the run's thread, and what of that comes on a second. Frames come by the clock, so the last is what a
 /// window costs on a processor that the run has for itself, whatever else runs here.
 fn bench() -> Result<(), Box<dyn Error>> {
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let ticks = 10_000;
     let graph = model(&plan, 256)?.graph().clone();
     let start = || -> Result<Live, Box<dyn Error>> {
@@ -150,7 +150,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let built = Standard::default().build(name.parse::<Model>()?)?;
             Simulator::new(built.graph().clone(), RunConfig::seeded(Seed::new(1)))?
         }
-        None => model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64)?,
+        None => model(&PopulationPlan::lif(), 64)?,
     };
     let mut view = View::bind()?.titled("what to take");
     println!("Open {}", view.address());

@@ -34,7 +34,7 @@ pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<[usize; 2], Box<dyn Erro
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spiking = PopulationPlan::lif();
     let [first, second] = run(&spiking, Seed::new(1))?;
     println!("{first} turns from 0.2 s to 1 s, {second} from 1 s to 2 s.");
     Ok(())

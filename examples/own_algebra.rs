@@ -116,7 +116,7 @@ pub fn run(plan: &PopulationPlan, seed: Seed) -> Result<[f32; 2], Box<dyn Error>
 fn main() -> Result<(), Box<dyn Error>> {
     let [red, square] = run(&PopulationPlan::direct(), Seed::new(1))?;
     println!("exact: RED {red:.2}, SQUARE {square:.2}");
-    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spiking = PopulationPlan::lif();
     let [red, square] = run(&spiking, Seed::new(1))?;
     println!("in spikes: RED {red:.2}, SQUARE {square:.2}");
     Ok(())

@@ -60,7 +60,7 @@ pub fn run() -> Result<(Real, f64), Box<dyn Error>> {
     graph.route(&given >> &a.input);
     let spec = ProbeSpec::default().filtered(Synapse::lowpass_ms(50));
     let probe = graph.probe(&a.output("square"), spec);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(500))?;
     let error = BuiltLayer::of(sim.graph(), "a")?.ensemble(0)?.error("square")?;
     let (_, last) = sim.samples(&probe).last().ok_or("no samples")?;

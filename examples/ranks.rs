@@ -39,7 +39,7 @@ fn model(ranks: &Ranks) -> Result<(), Box<dyn Error>> {
     graph.connect(&left, &unbind.role, Synapse::None);
     let probe = ProbeSpec::default().filtered(Synapse::lowpass_ms(10));
     let probe = graph.probe(&unbind.output, probe);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(ranks);
+    let plan = PopulationPlan::lif().shared(ranks);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
     eprintln!("rank {} of {}: {} neurons", ranks.rank(), ranks.ranks(), own_neurons(&graph));
 

@@ -44,7 +44,7 @@ pub fn run(
 
 #[allow(dead_code)] // The tests call `run`.
 fn main() -> Result<(), Box<dyn Error>> {
-    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spiking = PopulationPlan::lif();
     let [x, y] = run(&spiking, Seed::new(1), [0.2, 0.7])?;
     println!("The hand is at ({x:.2}, {y:.2}) m; the target is at (0.20, 0.70) m.");
     Ok(())

@@ -21,7 +21,7 @@ pub fn run(folder: &Path) -> Result<usize, Box<dyn Error>> {
     let value = graph.probe(&memory.output, ProbeSpec::default());
     let ideal = graph.probe(&shown, ProbeSpec::default());
     let spikes = graph.probe_spikes("memory");
-    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spiking = PopulationPlan::lif();
     let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300))?;
 
     let [memory, ideal] =

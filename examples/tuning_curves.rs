@@ -23,7 +23,7 @@ pub fn run(folder: &Path) -> Result<(usize, f64), Box<dyn Error>> {
         .decode("square", 1, |x, out| out[0] = x[0] * x[0]);
     let a = graph.add("a", tuned);
     graph.route(&given >> &a.input);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
 
     let built = BuiltLayer::of(&graph, "a")?.ensemble(0)?;

@@ -170,8 +170,8 @@ pub mod prelude {
     pub use crate::record::TimeSeries;
     pub use crate::sim::{
         Add, Constant, GraphBuilder, In, Module, Noise, Out, Pointer, Ports, ProbeSpec, RunConfig,
-        Scalar, Scope, Seed, SimDuration, Simulator, Stimulus, StopReason, Synapse, Threads,
-        Timebase, Vector, VocabTag,
+        Scalar, Scope, Seed, Signal, SimDuration, Simulator, Stimulus, StopReason, Synapse,
+        Threads, Timebase, Vector, VocabTag,
     };
     pub use crate::spa::{
         AssociativeMemory, BasalGanglia, Bind, CleanupMemory, FlowExt, Gate, GoalBuffer, Linear,

@@ -240,7 +240,7 @@ fn act(role: &str, ranks: &Ranks) -> Result<(), Box<dyn std::error::Error>> {
     let map = graph.add("map", Ensemble::new(1).copies(3).identity("same"));
     let input = graph.add("input", Constant::vector(&[0.5; 3]));
     graph.connect(&input, &map.input, Synapse::None);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(ranks);
+    let plan = PopulationPlan::lif().shared(ranks);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
     let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
     sim.run_for(SimDuration::from_millis(if role == "early" && own == 1 { 10 } else { 20 }))?;

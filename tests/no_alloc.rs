@@ -88,7 +88,7 @@ fn checkpoints_take_the_memory_that_they_say() {
     let drive = graph.add("drive", Constant::vector(&[0.5, 0.2]));
     let cells = graph.add("cells", Ensemble::new(2).neurons(200).expose_neurons().identity("x"));
     graph.route(&drive >> &cells);
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let sim = graph.start(&plan, Seed::new(1)).expect("starts");
     let options = LiveOptions { memory_bytes: 100_000, spacing_ticks: 2 };
     let mut live = Live::new(sim, options).expect("starts");

@@ -85,7 +85,7 @@ pub enum ReadBackError {
 /// let a = graph.add("a", square);
 /// let given = graph.add("given", Constant::vector(&[0.5]));
 /// graph.route(&given >> &a.input);
-/// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let plan = PopulationPlan::lif();
 /// let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
 ///
 /// let built = BuiltLayer::of(&graph, "a")?.ensemble(0)?;

@@ -72,7 +72,7 @@
 //!     ProbeSpec::default().filtered(Synapse::lowpass_ms(20)),
 //! );
 //!
-//! let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+//! let plan = PopulationPlan::lif();
 //! let graph = graph.build(Timebase::default(), &plan, Seed::new(1))?;
 //! let mut sim = Simulator::new(graph.into(), RunConfig::default())?;
 //! sim.run_for(SimDuration::from_millis(300))?;

@@ -177,10 +177,10 @@ impl fmt::Display for Population {
 /// A pattern that matches no layer is a fault when the graph is built, so a misspelt ablation cannot go unnoticed.
 ///
 /// ```
-/// use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+/// use symbolt::neurons::{Population, PopulationPlan};
 ///
 /// // Spiking neurons everywhere, except exact arithmetic in every module called `bind`.
-/// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()))
+/// let plan = PopulationPlan::lif()
 ///     .with("**/bind/**".parse()?, Population::Direct);
 /// assert_eq!(plan.population("planner/bind/products"), Population::Direct);
 /// assert_ne!(plan.population("planner/goal"), Population::Direct);
@@ -198,6 +198,16 @@ impl PopulationPlan {
     /// Makes a plan of direct mode everywhere.
     pub fn direct() -> Self {
         Self::all(Population::Direct)
+    }
+
+    /// Makes a plan of spiking LIF neurons with the default settings everywhere.
+    pub fn lif() -> Self {
+        Self::all(Population::Lif(LifSpec::default()))
+    }
+
+    /// Makes a plan of the rates of LIF neurons with the default settings everywhere.
+    pub fn rate() -> Self {
+        Self::all(Population::Rate(LifSpec::default()))
     }
 
     /// Makes a plan of one mode everywhere.

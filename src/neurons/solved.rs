@@ -40,7 +40,7 @@ use crate::sim::Real;
 ///     }
 /// }
 ///
-/// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let plan = PopulationPlan::lif();
 /// let describe = || {
 ///     let mut graph = GraphBuilder::new();
 ///     let channel = graph.add("channel", Channel);

@@ -59,7 +59,7 @@ const DRAWN: (usize, usize) = (6_000, 12_000);
 /// let [ideal, decoded] =
 ///     [&seen, &state.output].map(|output| graph.probe(output, ProbeSpec::default()));
 /// graph.probe_spikes("state/population");
-/// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let spiking = PopulationPlan::lif();
 /// let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(100))?;
 /// let [ideal, decoded] =
 ///     [ideal, decoded].map(|probe| parts.similarities(sim.samples(&probe), Parts::NAMES));

@@ -21,7 +21,7 @@ use crate::sim::{Real, Samples, Simulator, Spikes, Vector};
 /// graph.route(&seen >> &state);
 /// graph.probe_at::<Pointer<Parts>>("state", ProbeSpec::every(SimDuration::from_millis(10)));
 /// graph.probe_spikes("state/population");
-/// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let spiking = PopulationPlan::lif();
 /// let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(100))?;
 /// let recordings = sim.recordings();
 /// assert!(recordings.values_csv().starts_with("time_s,state.output[0],state.output[1]"));

@@ -154,7 +154,7 @@ pub use place::ends::Failure;
 pub use place::mpi::{MpiSession, MpiStartError};
 pub use place::ranks::{Exchange, ExchangeFault, Launched, Lengths, Ranks, launched};
 pub use place::threads::Threads;
-pub use real::{Complex, Real};
+pub use real::{Complex, Numbers, Real};
 pub use run::checkpoint::Checkpoint;
 pub use run::config::{RunConfig, RunReport, Stop, StopReason};
 pub use run::intervention::{Intervention, InterventionError};

@@ -182,7 +182,7 @@ fn pairs_of_a_sum_are_read_together_and_predicted_alone() {
     // 90 of 120 are expected with a deviation of 5 (7 if the rows of a sum agree): four deviations are 1 in 10,000.
     let predicted = 120.0 * pairs_of_a_sum::predicted().reliability();
     assert!((alone as f64 - predicted).abs() < 28.0, "{alone} of 120, predicted {predicted}");
-    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let lif = PopulationPlan::lif();
     let [_, _, spiking] = pairs_of_a_sum::run(&lif, Seed::new(1)).expect("runs");
     assert!(spiking >= 11, "{spiking} of 12");
 }

@@ -115,7 +115,7 @@ fn alike(one: &[Vec<f64>], other: &[Vec<f64>]) -> bool {
 /// With `SYMBOLT_WRITE_DOCS` the pictures are made anew.
 #[test]
 fn the_charts_of_the_readme_are_those_of_the_examples() {
-    let spikes = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spikes = PopulationPlan::lif();
     let answers = question_answering::run(&spikes, Seed::new(1)).expect("runs");
     let commands = plan_tea::run().expect("runs");
     let charts = [

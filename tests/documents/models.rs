@@ -165,7 +165,7 @@ fn pairs_are_learned_and_recalled_in_spikes() {
 
 #[test]
 fn a_generator_repeats_what_it_was_trained_on() {
-    let rates = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rates = PopulationPlan::rate();
     let trained = learned_generator::run(&rates, Seed::new(1), 4).expect("runs");
     let untrained = learned_generator::run(&rates, Seed::new(1), 0).expect("runs");
     assert!(trained < 0.1 && untrained > 0.3, "{trained} {untrained}");

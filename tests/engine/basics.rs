@@ -424,7 +424,7 @@ figures! {
 
 /// Returns the figure of a program on each seed.
 fn measured(figure: &Figure) -> Vec<f64> {
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let one = |seed| {
         let mut graph = GraphBuilder::new();
         let seen = (figure.program)(&mut graph, Seed::new(seed));

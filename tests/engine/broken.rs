@@ -1,14 +1,13 @@
 //! What strangers met that did not work, each by its symptom.
 
 use symbolt::neurons::{
-    BuiltLayer, Encoders, Ensemble, Learned, Lif, LifSpec, NonNegative, Pes, Population,
-    PopulationPlan, Rls,
+    BuiltLayer, Encoders, Ensemble, Learned, Lif, NonNegative, Pes, PopulationPlan, Rls,
 };
 use symbolt::prelude::*;
 use symbolt::sim::{BuildError, BuildErrors};
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 /// Neurons without a bias: no value within the radius makes them fire, and currents do.
@@ -72,7 +71,7 @@ fn encoded_values_keep_the_sign_of_gains_and_do_not_count_the_length_of_encoders
     graph.route(&value >> &by_value.input);
     // What encoders make of the value.
     graph.route(value.transform([[3.0]; 40]) >> &by_encoded.encoded());
-    let plan = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let plan = PopulationPlan::rate();
     let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(2)).expect("runs");
     let rates = [by_value, by_encoded].map(|cells| sim.value(&cells.neurons()).to_vec());
     assert_eq!(rates[0].len(), 40);

@@ -5,7 +5,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
+use symbolt::neurons::{Ensemble, PopulationPlan};
 use symbolt::sim::{
     Add, AdvanceIo, Constant, EmitIo, Fingerprint, Graph, GraphBuilder, In, InputSpec, Node,
     NodeFault, Out, OutputSpec, PortDecl, ProbeId, ProbeSpec, RunConfig, Scalar, ScriptedWorld,
@@ -124,8 +124,7 @@ fn one_description_is_built_in_two_modes() {
         let probe = graph.probe(&sum.output, ProbeSpec::default());
         (graph, probe)
     };
-    let (exact, spiking) =
-        (PopulationPlan::direct(), PopulationPlan::all(Population::Lif(LifSpec::default())));
+    let (exact, spiking) = (PopulationPlan::direct(), PopulationPlan::lif());
     let read = |graph: &GraphBuilder, probe: ProbeId<Vector>, plan: &PopulationPlan| -> Vec<f32> {
         let sim = graph.run(plan, Seed::new(3), MS(200)).expect("runs");
         sim.samples(&probe).iter().map(|(_, value)| value[0]).collect()

@@ -598,3 +598,17 @@ fn even_neurons_decode_products_better_than_drawn_ones() {
         assert!(even < most * drawn, "{dims} {neurons}: {even} {drawn}");
     }
 }
+
+#[test]
+fn functions_that_return_arrays_are_those_that_write() {
+    let base = Ensemble::new(2).neurons(60);
+    let returned = base.clone().function("f", |x| [x[1], x[0] * x[1]]);
+    let written = base.decode("f", 2, |x, out| (out[0], out[1]) = (x[1], x[0] * x[1]));
+    let decoders = [returned, written].map(|ensemble| {
+        let graph = build(ensemble, &lif()).expect("builds");
+        let built = BuiltLayer::of(&graph, "a").and_then(|layer| layer.ensemble(0)).expect("built");
+        built.decoders("f").expect("decoded")
+    });
+    assert_eq!(decoders[0].dim(), (60, 2));
+    assert_eq!(decoders[0], decoders[1]);
+}

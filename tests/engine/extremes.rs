@@ -134,7 +134,7 @@ impl Tally {
 }
 
 fn spikes() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 /// An ensemble that is given 0.5 in each of its dimensions.

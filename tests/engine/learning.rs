@@ -8,8 +8,8 @@ use ndarray::{Array2, array};
 use symbolt::files::Overwrite;
 use symbolt::files::npz::NpzWriter;
 use symbolt::neurons::{
-    Bcm, Ensemble, Learned, LearnedPorts, LearningRule, LearningTick, LifSpec, Needs, Oja, Pes,
-    Population, PopulationPlan, Rls, Side, Stretch, Trace, TuningError, Voja, WeightShape, Weights,
+    Bcm, Ensemble, Learned, LearnedPorts, LearningRule, LearningTick, Needs, Oja, Pes,
+    PopulationPlan, Rls, Side, Stretch, Trace, TuningError, Voja, WeightShape, Weights,
 };
 use symbolt::prelude::*;
 use symbolt::sim::{Filter, Fingerprint, Out, Ranks, Real, Signal, SimError, Threads, Vector};
@@ -19,7 +19,7 @@ fn ms(ms: u64) -> SimDuration {
 }
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 /// Everything that learns at once, in spikes: decoders by two rules, weights between neurons, and encoders, with enough

@@ -99,7 +99,7 @@ fn an_amplitude_scales_spikes_and_rates_and_nothing_else() {
     let smooth = ProbeSpec::default().filtered(Synapse::lowpass_ms(50));
     let read = [&spikes, &rates].map(|ensemble| graph.probe(&ensemble.output("x"), smooth));
     let activity = graph.probe(&spikes.neurons(), ProbeSpec::default());
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(300)).expect("runs");
     for probe in &read {
         let x = sim.samples(probe).last().expect("there").1[0];
@@ -119,7 +119,7 @@ fn traffic_is_counted_from_the_layout() {
         let new = Ensemble::new(1).neurons(100);
         let a = graph.add("a", names.iter().fold(new, |a, name| a.identity(name)));
         graph.route(&given >> &a.input);
-        let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+        let plan = PopulationPlan::lif();
         let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(20)).expect("runs");
         Traffic::of(&sim)
     };

@@ -4,9 +4,7 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{
-    Ensemble, EnsemblePorts, Lif, LifRate, LifSpec, NeuronModel, Population, PopulationPlan,
-};
+use symbolt::neurons::{Ensemble, EnsemblePorts, Lif, LifRate, NeuronModel, PopulationPlan};
 use symbolt::prelude::*;
 use symbolt::sim::{
     AdvanceIo, BuildError, Fingerprint, InputSpec, Node, NodeFault, OutputSpec, PortDecl, Ranks,
@@ -20,11 +18,11 @@ fn ms(ms: u64) -> SimDuration {
 }
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 fn rate() -> PopulationPlan {
-    PopulationPlan::all(Population::Rate(LifSpec::default()))
+    PopulationPlan::rate()
 }
 
 fn unbiased(model: impl NeuronModel) -> PopulationPlan {

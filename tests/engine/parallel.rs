@@ -171,7 +171,7 @@ fn recorded_spikes_and_sent_events_are_known_to_every_rank() {
         let map = graph.add("map", map);
         graph.connect(&input, &map.input, Synapse::None);
         let spikes = graph.probe_spikes("map/neurons");
-        let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+        let plan = PopulationPlan::lif();
         let plan = ranks.iter().fold(plan, |plan, ranks| plan.shared(ranks));
         (graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds"), spikes)
     };
@@ -303,7 +303,7 @@ fn a_restored_simulator_knows_the_last_spikes() {
     let map = graph.add("map", Ensemble::new(1).copies(70).identity("same"));
     graph.connect(&input, &map.input, Synapse::None);
     graph.probe_spikes("map/neurons");
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let graph = Arc::new(graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds"));
     for threads in [Threads::Serial, Threads::Exactly(2)] {
         let mut sim = start(graph.clone(), threads);
@@ -476,7 +476,7 @@ fn with_signal(ranks: &Ranks, function: fn(&Ranks, f64) -> Real) -> Simulator {
         Apply::<Scalar, Scalar>::new(InputSpec::scalar(), OutputSpec::scalar(), |x, y| y[0] = x[0]),
     );
     graph.connect(&signal, &hold.input, Synapse::lowpass_ms(5));
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default())).shared(ranks);
+    let plan = PopulationPlan::lif().shared(ranks);
     let graph = graph.build(Timebase::default(), &plan, Seed::new(1)).expect("builds");
     start(graph.into(), Threads::Serial)
 }

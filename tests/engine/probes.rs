@@ -10,7 +10,7 @@ use symbolt::prelude::*;
 symbolt::vocabulary!(Things = "things": RED, BLUE);
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 fn ms(ms: u64) -> SimDuration {

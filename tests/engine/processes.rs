@@ -246,7 +246,7 @@ fn checkpoints_resets_and_threads_keep_the_bits() {
     ];
     let numbers =
         [graph.probe(&brown, ProbeSpec::default()), graph.probe(&white, ProbeSpec::default())];
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let graph = Arc::new(graph.build(Timebase::default(), &plan, Seed::new(1)).unwrap());
     let all = |sim: &Simulator| -> Vec<Vec<f32>> {
         let pointers =
@@ -480,4 +480,36 @@ fn a_process_of_ones_own_knows_the_tick_and_keeps_its_names() {
         sim.run_for(ms(1)).unwrap();
         assert_eq!(*sim.value(&rate), [expected]);
     }
+}
+
+#[test]
+fn closures_that_return_numbers_are_as_wide_as_what_they_return() {
+    let mut graph = GraphBuilder::new();
+    let one = graph.add("one", Signal::of(|t| 2.0 * t));
+    let two = graph.add("two", Signal::of(|t| [t as f32, -1.0]));
+    let four = graph.add("four", Signal::of(|t| [[t, 1.0], [2.0, 3.0]]));
+    let steps = graph.add("steps", Stimulus::steps_ms([(2, 1.0), (4, 2.0)]));
+    let pairs = graph.add("pairs", Stimulus::steps_ms([(0, [1.0, 2.0]), (3, [3.0, 4.0])]));
+    let mut seen = Vec::new();
+    let mut sim = graph.start(&PopulationPlan::direct(), Seed::new(1)).expect("builds");
+    for tick in 0..5 {
+        sim.run_for(ms(1)).expect("runs");
+        let now = tick as f32 * 1e-3;
+        let close = |found: &[f32], wanted: &[f32]| {
+            let off = found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6);
+            assert!(found.len() == wanted.len() && off, "{found:?} {wanted:?}");
+        };
+        close(sim.value(&one), &[2.0 * now]);
+        close(sim.value(&two), &[now, -1.0]);
+        close(sim.value(&four), &[now, 1.0, 2.0, 3.0]);
+        seen.push((sim.value(&steps)[0], sim.value(&pairs).to_vec()));
+    }
+    let steps: Vec<f32> = seen.iter().map(|(step, _)| *step).collect();
+    assert_eq!(steps, [0.0, 0.0, 1.0, 1.0, 2.0]);
+    assert_eq!((&seen[2].1[..], &seen[3].1[..]), (&[1.0, 2.0][..], &[3.0, 4.0][..]));
+    // Times that do not increase are told.
+    let mut graph = GraphBuilder::new();
+    graph.add("steps", Stimulus::steps_ms([(2, 1.0), (2, 2.0)]));
+    let error = graph.start(&PopulationPlan::direct(), Seed::new(1)).err().expect("refused");
+    assert!(error.to_string().contains("times of a stimulus must increase"), "{error}");
 }

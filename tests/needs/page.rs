@@ -742,7 +742,7 @@ fn page_of_a_graph() -> String {
     let held = graph.probe(&memory.output, ProbeSpec::default());
     graph.probe_spikes("memory");
     graph.probe_spikes("seen");
-    let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let spiking = PopulationPlan::lif();
     let sim = graph.run(&spiking, Seed::new(1), SimDuration::from_millis(300)).expect("runs");
     let [ideal, decoded, held] = [ideal, decoded, held]
         .map(|probe| words.similarities(sim.samples(&probe), Words::NAMES).expect("similarities"));

@@ -42,7 +42,7 @@ fn opened(served: &Served, width: u32, height: u32) -> Devtools {
 }
 
 fn spiking() -> Simulator {
-    model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64).unwrap()
+    model(&PopulationPlan::lif(), 64).unwrap()
 }
 
 fn tick(page: &mut Devtools) -> u64 {

@@ -16,11 +16,11 @@ impl VocabTag for Words {
 }
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 fn rate() -> PopulationPlan {
-    PopulationPlan::all(Population::Rate(LifSpec::default()))
+    PopulationPlan::rate()
 }
 
 fn run(graph: GraphBuilder, plan: &PopulationPlan, seed: u64, ms: u64) -> Simulator {

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::precedence)]
 
-use symbolt::neurons::{Ensemble, LifSpec, SolvedModel};
+use symbolt::neurons::{Ensemble, SolvedModel};
 use symbolt::prelude::*;
 use symbolt::sim::{Module, Pointer, Scope, Signal};
 use symbolt::spa::{Bind, Compare, Flow, Multiply, Sequence, Weigh};
@@ -11,7 +11,7 @@ symbolt::vocabulary!(Things = "things": RED, BLUE, CIRCLE);
 symbolt::vocabulary!(Words = "words": CIRCLE, BLUE);
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 fn ms(ms: u64) -> SimDuration {
@@ -39,7 +39,7 @@ fn an_expression_has_the_bits_of_the_graph_wired_by_hand() {
         let sim = graph.run(plan, Seed::new(3), ms(40)).unwrap();
         sim.samples(&probe).iter().flat_map(|(_, v)| v.to_vec()).map(f32::to_bits).collect()
     };
-    let rate = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rate = PopulationPlan::rate();
     for plan in [PopulationPlan::direct(), rate, lif()] {
         let expression = trace(&plan, None);
         assert_eq!(expression.len(), 40 * 64);
@@ -203,7 +203,7 @@ fn three_functions(plan: &PopulationPlan) -> ([f32; 4], SolvedModel) {
 #[test]
 fn an_ensemble_decodes_functions_of_several_dimensions() {
     let expected = [-0.3, 0.6, -0.5, 0.61];
-    let rate = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rate = PopulationPlan::rate();
     for (plan, within) in [(PopulationPlan::direct(), 1e-3), (rate, 0.03), (lif(), 0.06)] {
         let (found, _) = three_functions(&plan);
         for (found, expected) in found.iter().zip(expected) {
@@ -381,7 +381,7 @@ fn white_noise_behind_a_synapse_does_not_depend_on_the_tick() {
 fn a_sequence_steps_through_its_names_in_every_mode() {
     symbolt::vocabulary!(Steps = "steps": A, B, C, D);
     let steps = Steps::vocabulary(128, Seed::new(5)).unwrap();
-    let rate = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rate = PopulationPlan::rate();
     for plan in [PopulationPlan::direct(), rate, lif()] {
         for repeated in [false, true] {
             let mut graph = GraphBuilder::new();
@@ -459,7 +459,7 @@ fn rules_with_one_name_and_the_names_of_their_parts_are_refused_once() {
 #[test]
 fn what_a_function_does_not_write_is_zero_in_every_mode() {
     use symbolt::sim::Apply;
-    let rate = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rate = PopulationPlan::rate();
     for plan in [PopulationPlan::direct(), rate, lif()] {
         let mut graph = GraphBuilder::new();
         let input = graph.add("input", Signal::scalar(|t| if t < 0.1 { 0.8 } else { -0.8 }));

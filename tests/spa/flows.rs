@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{
     Constant, GraphBuilder, RunConfig, Seed, SimDuration, Simulator, Timebase, VocabTag,
 };
@@ -81,7 +81,7 @@ fn neurons_bind_by_vector_derived_transformations() {
     let b = graph.add("b", Constant::pointer(things.space(), &things.get("B").unwrap()));
     let out = graph.add("out", State::new(&things));
     graph.route(&a * &b >> &out);
-    let sim = run(graph, &PopulationPlan::all(Population::Lif(LifSpec::default())), 200);
+    let sim = run(graph, &PopulationPlan::lif(), 200);
     let similarity = cosine(&sim.value(&out.output), &things.parse("A * B").unwrap());
     assert!(similarity > 0.85, "{similarity}");
 }
@@ -90,10 +90,7 @@ fn neurons_bind_by_vector_derived_transformations() {
 fn rules_route_what_the_chosen_rule_says() {
     let things = things();
     let (a, b) = (things.get("A").unwrap(), things.get("B").unwrap());
-    for (plan, least) in [
-        (PopulationPlan::direct(), 0.9),
-        (PopulationPlan::all(Population::Lif(LifSpec::default())), 0.5),
-    ] {
+    for (plan, least) in [(PopulationPlan::direct(), 0.9), (PopulationPlan::lif(), 0.5)] {
         let mut graph = GraphBuilder::new();
         let seen = graph.add("seen", Constant::pointer(things.space(), &a));
         let (first, second) =

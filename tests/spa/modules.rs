@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use symbolt::neurons::{Layers, LifSpec, Population, PopulationPlan, Product, SelectRule};
+use symbolt::neurons::{Layers, PopulationPlan, Product, SelectRule};
 use symbolt::sim::{
     Add, Constant, Fingerprint, Graph, GraphBuilder, In, InputSpec, Module, Out, OutputSpec,
     Pointer, ProbeId, ProbeSpec, RunConfig, Scalar, Scope, Scratch, ScratchSpec, Seed, SimDuration,
@@ -490,7 +490,7 @@ fn errors(dim: usize, seed: u64, zeros: bool) -> [f64; 2] {
     graph.connect(&a, &convolution.a, NONE);
     graph.connect(&b, &convolution.b, NONE);
     let probe = graph.probe(&convolution.output, ProbeSpec::default());
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     let sim = graph.run(&plan, Seed::new(seed), SimDuration::from_millis(200)).expect("runs");
     let (mut all, mut real, mut ticks) = (0.0, 0.0, 0.0);
     for (_, value) in sim.samples(&probe).iter().skip(50) {

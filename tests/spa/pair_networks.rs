@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{GraphBuilder, Real, Seed, SimDuration, VocabTag};
 use symbolt::spa::{DecodePairs, Routes, State, VocabularyBuilder};
 
@@ -92,13 +92,13 @@ fn right(plan: &PopulationPlan, size: Size, sums: u64, ms: u64) -> (usize, usize
 }
 
 fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 #[test]
 fn all_pairs_of_a_sum_are_decoded_in_every_mode() {
     let size = Size { dim: 128, pairs: 10, items: 60, cancellation: 1.0 };
-    let rate = PopulationPlan::all(Population::Rate(LifSpec::default()));
+    let rate = PopulationPlan::rate();
     for plan in [PopulationPlan::direct(), rate, lif()] {
         let (found, _) = right(&plan, size, 4, 500);
         println!("{found} of 40");

@@ -41,7 +41,7 @@ pub fn ms(millis: u64) -> SimDuration {
 }
 
 pub fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 /// A vocabulary of any tag.

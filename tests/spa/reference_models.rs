@@ -53,7 +53,7 @@ fn vocabulary<V: VocabTag>(names: &[&str], seed: u64) -> Vocabulary<V> {
 }
 
 fn run(graph: &GraphBuilder, seed: u64, ms: u64) -> Simulator {
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     graph.run(&plan, Seed::new(seed), SimDuration::from_millis(ms)).unwrap()
 }
 

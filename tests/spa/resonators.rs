@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{GraphBuilder, Real, Seed, SimDuration, VocabTag};
 use symbolt::spa::{
     Algebra, Hrr, Resonator, ResonatorNetwork, Routes, VocabularyBuilder, random_pointer,
@@ -139,7 +139,7 @@ fn a_network_factors_in_every_mode() {
     // By chance, one of 1,000 would be right.
     let found = right_in_network(&PopulationPlan::direct(), (256, 3, 10), 10, 400);
     assert!(found >= 8, "{found} of 10");
-    let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let plan = PopulationPlan::lif();
     // By chance, one of 25 would be right.
     let found = right_in_network(&plan, (64, 2, 5), 5, 300);
     println!("{found} of 5");

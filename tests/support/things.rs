@@ -1,6 +1,6 @@
 //! A small vocabulary, and plans that compute every layer in neurons.
 
-use symbolt::neurons::{LifSpec, Population, PopulationPlan};
+use symbolt::neurons::PopulationPlan;
 use symbolt::sim::{Seed, VocabTag};
 use symbolt::spa::{Vocabulary, VocabularyBuilder};
 
@@ -17,10 +17,10 @@ pub fn vocabulary(dim: usize) -> Vocabulary<Things> {
 
 /// Returns a plan with spiking neurons in every layer.
 pub fn lif() -> PopulationPlan {
-    PopulationPlan::all(Population::Lif(LifSpec::default()))
+    PopulationPlan::lif()
 }
 
 /// Returns a plan with rate neurons in every layer.
 pub fn rate() -> PopulationPlan {
-    PopulationPlan::all(Population::Rate(LifSpec::default()))
+    PopulationPlan::rate()
 }

@@ -219,7 +219,7 @@ fn the_planner_says_which_cause_it_chose_and_why() {
 #[test]
 fn several_causes_are_chosen_from_in_spiking_neurons_too() {
     let domain = tea();
-    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let lif = PopulationPlan::lif();
     let goal = domain.state("TEA_READY").expect("there");
     let worlds: [&[&str]; 3] = [
         &["KETTLE_FULL", "LEAVES_IN_POT"],
@@ -321,7 +321,7 @@ fn neurons_mostly_choose_the_cause_that_lacks_nothing() {
 #[test]
 fn a_decision_in_spiking_neurons_has_the_same_bits_on_any_threads() {
     let (domain, spec) = (tea(), PlannerSpec { max_similarity: 0.2, ..PlannerSpec::default() });
-    let lif = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    let lif = PopulationPlan::lif();
     let goal = domain.state("TEA_READY").expect("there");
     let world = domain.world(["LEAVES_IN_POT", "POWER", "CUP_UNDER"]).expect("states");
     let mut planner = Planner::with_plan(&domain, spec, &lif, Seed::new(1)).expect("builds");

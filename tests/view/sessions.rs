@@ -16,7 +16,7 @@ use crate::model::{CHOICES, model};
 use crate::window::{Window, parts, samples, served, served_by};
 
 fn spiking() -> Simulator {
-    model(&PopulationPlan::all(Population::Lif(LifSpec::default())), 64).unwrap()
+    model(&PopulationPlan::lif(), 64).unwrap()
 }
 
 /// The state of a run that nobody watches.
@@ -288,7 +288,7 @@ fn what_probes_record_is_streamed_and_goes_back_with_the_run() {
         graph.connect(&wave, &layer.input, Synapse::lowpass_ms(5));
         graph.probe(&layer.output("x"), ProbeSpec::default());
         graph.probe_spikes("layer");
-        let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+        let plan = PopulationPlan::lif();
         graph.start(&plan, Seed::new(1)).unwrap()
     };
     let folder = tempfile::tempdir().unwrap();

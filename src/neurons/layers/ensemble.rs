@@ -15,8 +15,8 @@ use crate::neurons::poles;
 use crate::neurons::solve::{Points, Special};
 use crate::neurons::tuning::{MAX_NEURONS, TuningError, refuse};
 use crate::sim::{
-    AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, NodePorts, Out, OutputSpec,
-    Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector, few,
+    AdvanceIo, Fingerprint, In, InputSpec, Module, Node, NodeFault, NodePorts, Numbers, Out,
+    OutputSpec, Outputs, PortDecl, Real, Scope, ScratchSpec, Seed, StepCx, Vector, few,
 };
 
 /// Greatest number of components of the input and of all outputs.
@@ -142,6 +142,22 @@ impl Ensemble {
         Self { dims, copies: 1, radius, size, neurons, exposed, states, functions, settings }
     }
 
+    /// Decodes a function that returns its value: a number, or an array of numbers. As [`decode`](Self::decode)
+    /// otherwise.
+    ///
+    /// ```
+    /// use symbolt::neurons::Ensemble;
+    /// let pair = Ensemble::new(2).function("product", |x| x[0] * x[1]).function("swapped", |x| [x[1], x[0]]);
+    /// # let _ = pair;
+    /// ```
+    pub fn function<N: Numbers>(
+        self,
+        name: &str,
+        function: impl Fn(&[Real]) -> N + Send + Sync + 'static,
+    ) -> Self {
+        self.decode(name, N::WIDTH, move |x, out| function(x).write(out))
+    }
+
     /// Decodes a function of the vector. The closure gets `dims` numbers and writes `width` numbers. Values that are
     /// not finite within the radius are a fault when the graph is built with neurons. Besides the evaluation points
     /// these are checked: the center, both ends of each axis, and poles between points where the sign changes (in one
@@ -215,7 +231,7 @@ impl Ensemble {
     /// graph.route((stop.transform([[-100.0]; 60]) >> &channel.currents()).via(Synapse::lowpass_ms(5)));
     /// let spec = ProbeSpec::default().filtered(Synapse::lowpass_ms(20));
     /// let probe = graph.probe(&channel.output("same"), spec);
-    /// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    /// let plan = PopulationPlan::lif();
     /// let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(400))?;
     /// let at = |ms: usize| sim.samples(&probe).get(ms - 1).map(|(_, value)| value[0]);
     /// assert!(at(200) > Some(0.6) && at(400) < Some(0.01), "{:?} {:?}", at(200), at(400));

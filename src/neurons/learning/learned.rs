@@ -43,7 +43,7 @@ const MOST_WEIGHTS: usize = 1 << 26;
 /// graph.route(&learned >> &post.input);
 /// graph.route(&post.output("x") - &pre.output("x") >> &learned.error());
 /// let probe = graph.probe(&post.output("x"), ProbeSpec::default().filtered(Synapse::lowpass_ms(20)));
-/// let plan = PopulationPlan::all(Population::Lif(LifSpec::default()));
+/// let plan = PopulationPlan::lif();
 /// let sim = graph.run(&plan, Seed::new(1), SimDuration::from_millis(500))?;
 /// assert!(sim.samples(&probe).last().is_some_and(|(_, x)| (x[0] - 0.5).abs() < 0.1));
 /// assert_eq!(learned.weights(&sim).dim(), (1, 60));

@@ -38,7 +38,7 @@ impl GraphBuilder {
     /// let half = graph.add("half", Constant::vector(&[0.5]));
     /// let point = graph.add("point", Ensemble::new(1).identity("same"));
     /// graph.route(&half >> &point.input);
-    /// let spiking = PopulationPlan::all(Population::Lif(LifSpec::default()));
+    /// let spiking = PopulationPlan::lif();
     /// for plan in [PopulationPlan::direct(), spiking] {
     ///     graph.build(Timebase::default(), &plan, Seed::new(1))?;
     /// }

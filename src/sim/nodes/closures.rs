@@ -10,7 +10,7 @@ use crate::sim::describe::io::{EmitIo, StepCx};
 use crate::sim::describe::kind::{Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use crate::sim::describe::node::Node;
 use crate::sim::describe::port::{InputSpec, OutputSpec, PortDecl};
-use crate::sim::real::Real;
+use crate::sim::real::{Numbers, Real};
 
 type OfTime = Box<dyn Fn(f64, &mut [Real]) + Send + Sync>;
 type OfInput = Box<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;
@@ -24,7 +24,7 @@ type OfInput = Box<dyn Fn(&[Real], &mut [Real]) + Send + Sync>;
 /// use symbolt::sim::Signal;
 ///
 /// let mut graph = GraphBuilder::new();
-/// let wave = graph.add("wave", Signal::scalar(|t| (6.28 * t).sin() as f32));
+/// let wave = graph.add("wave", Signal::of(|t| [(6.28 * t).sin(), (6.28 * t).cos()]));
 /// let mut sim = graph.start(&PopulationPlan::direct(), Seed::new(1))?;
 /// sim.run_for(SimDuration::from_millis(251))?;
 /// assert!((sim.value(&wave)[0] - 1.0).abs() < 1e-3);
@@ -55,6 +55,12 @@ impl Signal<Scalar> {
 }
 
 impl Signal<Vector> {
+    /// Creates a signal of the number, or the array of numbers, that the closure returns.
+    pub fn of<N: Numbers, F: Fn(f64) -> N + Send + Sync + 'static>(function: F) -> Self {
+        let name = std::any::type_name::<F>();
+        Self::new(OutputSpec::vector(N::WIDTH), name, move |time, out| function(time).write(out))
+    }
+
     /// Creates a signal of `width` numbers. The closure writes them.
     pub fn vector<F: Fn(f64, &mut [Real]) + Send + Sync + 'static>(
         width: usize,

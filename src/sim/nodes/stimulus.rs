@@ -8,7 +8,7 @@ use crate::sim::describe::io::{EmitIo, StepCx};
 use crate::sim::describe::kind::{AsPointer, Kind, Pointer, Scalar, Space, Vector, VocabTag};
 use crate::sim::describe::node::Node;
 use crate::sim::describe::port::{AnyOutput, OutputSpec, PortDecl};
-use crate::sim::real::Real;
+use crate::sim::real::{Numbers, Real};
 use crate::sim::time::SimDuration;
 
 /// How a [`Stimulus`] goes from one value to the next.
@@ -38,9 +38,7 @@ pub enum Interpolation {
 /// ```
 /// use symbolt::sim::{Interpolation, SimDuration, Stimulus};
 /// // 0 until 10 ms, then 1, and 0 again from 20 ms on.
-/// let pulse = Stimulus::scalar(0.0)
-///     .from(SimDuration::from_millis(10), &[1.0])
-///     .from(SimDuration::from_millis(20), &[0.0]);
+/// let pulse = Stimulus::steps_ms([(0, 0.0), (10, 1.0), (20, 0.0)]);
 /// // Up to 1 in 100 ms and down again, for ever.
 /// let ramp = Stimulus::scalar(0.0)
 ///     .from(SimDuration::from_millis(100), &[1.0])
@@ -91,6 +89,29 @@ impl Stimulus<Scalar> {
 }
 
 impl Stimulus<Vector> {
+    /// Creates a stimulus of numbers, or of arrays of numbers, each from its time in ms on. Times must increase. Before
+    /// the first the value is 0.
+    ///
+    /// ```
+    /// use symbolt::sim::Stimulus;
+    /// // One number, and two.
+    /// let pulse = Stimulus::steps_ms([(200, 1.0), (300, 0.0)]);
+    /// let pair = Stimulus::steps_ms([(0, [1.0, 0.0]), (50, [0.0, 1.0])]);
+    /// # let _ = (pulse, pair);
+    /// ```
+    pub fn steps_ms<N: Numbers>(steps: impl IntoIterator<Item = (u64, N)>) -> Self {
+        let mut stimulus = Self::vector(&vec![0.0; N::WIDTH]);
+        for (at, numbers) in steps {
+            let mut values = vec![0.0; N::WIDTH];
+            numbers.write(&mut values);
+            match at {
+                0 if stimulus.course.starts.is_empty() => stimulus.course.rest = values,
+                _ => stimulus = stimulus.then(SimDuration::from_millis(at), &values),
+            }
+        }
+        stimulus
+    }
+
     /// Creates a stimulus that starts as the vector `values`.
     pub fn vector(values: &[Real]) -> Self {
         Self::new(OutputSpec::vector(values.len()), values.to_vec())
