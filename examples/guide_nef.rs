@@ -240,7 +240,7 @@ fn learning() -> Done {
 fn association() -> Done {
     let keys = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.6, 0.0, 0.8]];
     let mut graph = GraphBuilder::new();
-    let key = graph.add("key", Stimulus::vectors(&keys, MS(500)).repeat(MS(1_000)));
+    let key = graph.add("key", Stimulus::vectors(&keys, MS(500)));
     let value = graph.add("value", Stimulus::vectors(&[[0.7], [-0.4]], MS(500)));
     let learning = graph.add("learning", Stimulus::scalar(1.0).from(MS(1_000), &[0.0]));
     let memory = Ensemble::new(1).neurons(200).intercepts(0.3).expose_neurons();

@@ -152,6 +152,9 @@ pub mod task;
 #[cfg(feature = "view")]
 pub mod view;
 
+/// The crate of the arrays that some functions take and return.
+pub use ndarray;
+
 #[cfg(doctest)]
 #[path = "../tests/documents/compile_fail.rs"]
 mod mistakes;

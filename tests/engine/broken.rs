@@ -1,10 +1,13 @@
 //! What strangers met that did not work, each by its symptom.
 
+use rand::RngExt;
 use symbolt::neurons::{
-    BuiltLayer, Encoders, Ensemble, Learned, Lif, NonNegative, Pes, PopulationPlan, Rls,
+    BuiltLayer, Encoders, Ensemble, Learned, Lif, NonNegative, Pes, PopulationPlan, Rls, Voja,
+    Weights,
 };
 use symbolt::prelude::*;
 use symbolt::sim::{BuildError, BuildErrors};
+use symbolt::spa::Route;
 
 fn lif() -> PopulationPlan {
     PopulationPlan::lif()
@@ -184,4 +187,80 @@ fn a_wrong_setting_is_told_once_without_faults_that_follow_from_it() {
     let found = faults(&graph, &lif());
     assert_eq!(found.len(), 2, "{found:?}");
     assert!(found.iter().any(|fault| matches!(fault, BuildError::WidthMismatch { .. })));
+}
+
+#[test]
+fn no_synapse_from_an_ensemble_is_refused_and_not_replaced() {
+    let built = |route: &dyn Fn(Route) -> Route| {
+        let mut graph = GraphBuilder::new();
+        let a = graph.add("a", Ensemble::new(1).identity("x"));
+        let b = graph.add("b", Ensemble::new(1).identity("x"));
+        graph.route(route(&a.output("x") >> &a));
+        graph.route(&a.output("x") >> &b);
+        graph.build(Timebase::default(), &lif(), Seed::new(1)).map(|_| ())
+    };
+    built(&|route| route).expect("5 ms");
+    built(&|route| route.via(Synapse::lowpass_ms(100))).expect("100 ms");
+    let BuildErrors(faults) = built(&|route| route.via(Synapse::None)).expect_err("refused");
+    assert!(matches!(&faults[..], [BuildError::Unfiltered { .. }]), "{faults:?}");
+    // Sums of a filtered and a bare output, too.
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.5]));
+    let a = graph.add("a", Ensemble::new(1).identity("x"));
+    graph.route((&a.output("x") + 0.1 * &given >> &a).via(Synapse::None));
+    assert!(graph.build(Timebase::default(), &lif(), Seed::new(1)).is_err());
+}
+
+#[test]
+fn ports_of_neurons_that_are_not_exposed_name_the_setting_that_adds_them() {
+    for exposed in [true, false] {
+        let mut graph = GraphBuilder::new();
+        let ensemble = Ensemble::new(1).neurons(20).identity("x");
+        let ensemble = if exposed { ensemble.expose_neurons() } else { ensemble };
+        let given = graph.add("given", Constant::vector(&[0.5; 20]));
+        let a = graph.add("a", ensemble);
+        graph.route(&given >> &a.encoded());
+        let value = graph.add("value", Constant::vector(&[0.5]));
+        graph.route(&value >> &a.input);
+        let built = graph.build(Timebase::default(), &lif(), Seed::new(1)).map(|_| ());
+        match built {
+            Ok(()) => assert!(exposed),
+            Err(faults) => {
+                let said = faults.to_string();
+                assert!(!exposed && said.contains("`encoded`"), "{said}");
+                assert!(said.contains("`expose_neurons` adds it"), "{said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn encoders_to_learn_from_leave_no_gap_for_the_key_that_comes_last() {
+    let widest = |rows: Weights| {
+        let mut graph = GraphBuilder::new();
+        let key = graph.add("key", Constant::vector(&[1.0, 0.0]));
+        let cells = graph.add("cells", Ensemble::new(1).neurons(50).expose_neurons());
+        let encoders = Learned::encoders(2, &cells.neurons()).weights(rows);
+        let encoders = graph.add("encoders", encoders.rule(Voja::new(0.0)));
+        graph.route(&key >> &encoders.input());
+        graph.route(&encoders >> &cells.encoded());
+        let sim = graph.start(&lif(), Seed::new(1)).expect("builds");
+        let mut angles: Vec<f64> =
+            encoders.weights(&sim).rows().into_iter().map(|row| row[1].atan2(row[0])).collect();
+        angles.sort_by(f64::total_cmp);
+        angles.push(angles[0] + std::f64::consts::TAU);
+        assert_eq!(angles.len(), 51);
+        angles.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
+    };
+    let mean = std::f64::consts::TAU / 50.0;
+    for seed in 1..=5 {
+        assert!(widest(Weights::directions(Seed::new(seed))) < 2.0 * mean);
+    }
+    // The wrong variant: independent draws, whose widest gap is about the logarithm of 50 times the mean.
+    let mut rng = Seed::new(1).rng();
+    let drawn = Weights::rows((0..50).map(|_| {
+        let angle: f64 = rng.random_range(0.0..std::f64::consts::TAU);
+        [angle.cos(), angle.sin()]
+    }));
+    assert!(widest(drawn) > 2.0 * mean);
 }

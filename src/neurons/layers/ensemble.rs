@@ -110,26 +110,26 @@ impl EnsemblePorts {
     /// ([`InputSpec::at_settle`](crate::sim::InputSpec::at_settle)). Needs [`Ensemble::expose_neurons`], as the next two
     /// ports do; otherwise using it is a fault when the graph is built.
     pub fn neurons(&self) -> Out<Vector> {
-        self.node.output("neurons")
+        self.node.output("neurons").added_by("expose_neurons")
     }
 
     /// Returns a variable of every neuron after the tick, copy by copy, to be probed. Needs [`Ensemble::expose_state`].
     pub fn state(&self, variable: &str) -> Out<Vector> {
-        self.node.output(variable)
+        self.node.output(variable).added_by("expose_state")
     }
 
     /// Returns the input of currents into bare neurons: one number per neuron, copy by copy, added after gain and bias.
     /// Adds any number of connections, or none. What reaches `.neurons` in Nengo is multiplied by the neurons' gains:
     /// the input for that is [`encoded`](Self::encoded).
     pub fn currents(&self) -> In<Vector> {
-        self.node.input("currents")
+        self.node.input("currents").added_by("expose_neurons")
     }
 
     /// Returns the input of encoded values: one number per neuron, copy by copy, in the place of the product of its
     /// encoder with the value. The neuron's current gets the number times gain / radius. Adds any number of connections,
     /// or none.
     pub fn encoded(&self) -> In<Vector> {
-        self.node.input("encoded")
+        self.node.input("encoded").added_by("expose_neurons")
     }
 }
 

@@ -137,8 +137,8 @@ impl Encoders {
     ///
     /// Neurons with such encoders are stepped faster, since a fast Walsh-Hadamard transform takes the place of encoders
     /// that would be read from memory. From 16 dimensions on they represent values as well as those of
-    /// [`sphere`](Self::sphere). In few dimensions they are few directions, four in two dimensions: products of two
-    /// components are then more exact, other functions less.
+    /// [`sphere`](Self::sphere). In few dimensions they are few directions, four in two dimensions, which suit
+    /// some functions and not others.
     /// [`Tuning::encoders`](crate::neurons::Tuning::encoders) sets them for pointers.
     pub fn hadamard() -> Self {
         Self { hadamard: true, ..Self::sphere() }

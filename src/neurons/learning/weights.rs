@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::WeightShape;
 use crate::files::npz::{NpzError, NpzReader, NpzWriter};
 use crate::files::{FileError, Limit, Overwrite, read_file, write_atomic};
-use crate::neurons::draw::on_sphere;
+use crate::neurons::draw::{EvenPoints, on_sphere};
 use crate::sim::Seed;
 
 /// The weights that a [`Learned`](super::Learned) connection starts from: a row per output, a column per source.
@@ -86,7 +86,7 @@ impl Weights {
         Self(Start::Uniform(low, high, seed))
     }
 
-    /// Rows drawn uniformly from the directions: encoders.
+    /// Rows drawn uniformly from the directions: encoders. In two and three dimensions they are spread evenly.
     pub fn directions(seed: Seed) -> Self {
         Self(Start::Directions(seed))
     }
@@ -143,7 +143,13 @@ impl Weights {
             Start::Directions(seed) => {
                 let mut rng = seed.derive("", "weights").rng();
                 let mut all = vec![0.0; outputs * inputs];
-                all.chunks_exact_mut(inputs).for_each(|row| on_sphere(&mut rng, row));
+                let rows = all.chunks_exact_mut(inputs);
+                if !(2..=EvenPoints::MOST_DIMS).contains(&inputs) {
+                    rows.for_each(|row| on_sphere(&mut rng, row));
+                    return Ok(all);
+                }
+                let mut even = EvenPoints::new(&mut rng, inputs - 1);
+                rows.for_each(|row| EvenPoints::direction(even.advance(), row));
                 Ok(all)
             }
         }

@@ -10,8 +10,20 @@ use super::kind::Kind;
 /// The port that a handle refers to, or a port name that was not found.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PortRef {
-    Known { builder: u64, node: usize, port: usize, name: Arc<str> },
-    Unknown { node: String, port: String, kind: String, choices: Vec<String> },
+    Known {
+        builder: u64,
+        node: usize,
+        port: usize,
+        name: Arc<str>,
+    },
+    Unknown {
+        node: String,
+        port: String,
+        kind: String,
+        choices: Vec<String>,
+        /// The setting without which a node does not have the port.
+        added_by: Option<&'static str>,
+    },
 }
 
 /// A handle to an output port of kind `K`.
@@ -38,7 +50,29 @@ impl<K: Kind> In<K> {
     }
 }
 
+impl<K: Kind> Out<K> {
+    /// Names the setting that adds the port, for the fault if the node does not have it.
+    pub(crate) fn added_by(mut self, setting: &'static str) -> Self {
+        self.port.set_added_by(setting);
+        self
+    }
+}
+
+impl<K: Kind> In<K> {
+    /// As [`Out::added_by`].
+    pub(crate) fn added_by(mut self, setting: &'static str) -> Self {
+        self.port.set_added_by(setting);
+        self
+    }
+}
+
 impl PortRef {
+    fn set_added_by(&mut self, setting: &'static str) {
+        if let Self::Unknown { added_by, .. } = self {
+            *added_by = Some(setting);
+        }
+    }
+
     /// Returns the name of the port as faults call it.
     pub(crate) fn name(&self) -> String {
         match self {
@@ -113,6 +147,7 @@ impl NodePorts {
                 port: name.into(),
                 kind: label(),
                 choices: ports.iter().map(|(n, _, label)| format!("{n}: {label}")).collect(),
+                added_by: None,
             },
         }
     }

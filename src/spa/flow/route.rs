@@ -62,14 +62,14 @@ pub(super) struct Opening {
     pub gates: Gates,
 }
 
-type LowerRoute = dyn FnOnce(&mut Lowerer<'_, '_>, Synapse, Option<&Opening>);
+type LowerRoute = dyn FnOnce(&mut Lowerer<'_, '_>, Option<Synapse>, Option<&Opening>);
 
 /// An expression with the input that it flows into.
 #[must_use = "a route does nothing until `route` or a rule adds it to a graph"]
 pub struct Route {
     text: String,
     pub(super) name: String,
-    via: Synapse,
+    via: Option<Synapse>,
     lower: Box<LowerRoute>,
 }
 
@@ -81,7 +81,7 @@ impl Route {
             text: format!("{} >> {}", flow.text, target.strip_suffix(".input").unwrap_or(&target)),
             // The name of one of several inputs, such as `inputs[0]`, has characters that a path has not.
             name: format!("to.{}", target.replace('/', ".").replace('[', "-").replace(']', "")),
-            via: Synapse::None,
+            via: None,
             lower: Box::new(move |cx, via, open| cx.finish(&flow, &to, via, open)),
         }
     }
@@ -96,8 +96,10 @@ impl Route {
     /// It replaces the 5 ms of bare layers, such as ensembles, unless the expression multiplies values that change and has
     /// other outputs too, or a [rule](super::Rules) opens the route: bare layers then have the 5 ms in front of it. What is
     /// constant in a sum with a bare layer is not filtered. For a constant that a rule lets pass, none stands for 5 ms.
+    ///
+    /// [`Synapse::None`] in the place of the 5 ms of a bare layer is a fault when the graph is built.
     pub fn via(mut self, synapse: Synapse) -> Self {
-        self.via = synapse;
+        self.via = Some(synapse);
         self
     }
 
@@ -154,14 +156,14 @@ impl Lowerer<'_, '_> {
         &mut self,
         flow: &Flow<K>,
         to: &In<K>,
-        mut via: Synapse,
+        mut via: Option<Synapse>,
         open: Option<&Opening>,
     ) {
         let shape = flow.shape(self.scope).or_else(|| K::shape_of_input(self.scope, to));
         // A faulty handle is reported when it is connected.
         let Some(shape) = shape else {
             if let Some(Source::Output(out)) = flow.sources.first() {
-                self.scope.connect(out, to, via);
+                self.scope.connect(out, to, via.unwrap_or(Synapse::None));
             }
             return;
         };
@@ -169,15 +171,15 @@ impl Lowerer<'_, '_> {
         let leaves = &flow.leaves.ports;
         let all_bare = !leaves.is_empty() && leaves.iter().all(bare);
         if all_bare && open.is_none() {
-            self.bare = if via == Synapse::None { FEED_FORWARD } else { via };
-            via = Synapse::None;
+            self.bare = via.take().unwrap_or(FEED_FORWARD);
         } else if leaves.iter().any(bare) && open.is_none() && !flow.leaves.multiplied {
             // A linear filter commutes with sums and matrices. In front of them it replaces the synapse that bare layers need.
-            if via != Synapse::None {
+            if let Some(via) = via.take() {
                 self.beside.clone_from(leaves);
-                self.bare = std::mem::take(&mut via);
+                self.bare = via;
             }
         }
+        let mut via = via.unwrap_or(Synapse::None);
         let mut sum = (flow.lower)(self, &shape);
         if sum.constant.as_ref().is_some_and(|values| !self.fits::<K>(&shape, values)) {
             return;
