@@ -264,3 +264,33 @@ fn encoders_to_learn_from_leave_no_gap_for_the_key_that_comes_last() {
     }));
     assert!(widest(drawn) > 2.0 * mean);
 }
+
+#[test]
+fn few_dimensional_hadamard_ensembles_decode_with_all_their_neurons() {
+    // Neurons beyond the last whole group of eight were left out.
+    for (dims, neurons) in [(2, 220), (2, 101), (3, 101), (4, 101), (5, 101), (16, 101)] {
+        let place =
+            [0.6, 0.5, 0.1, -0.2, 0.1, 0.0, 0.1, 0.0, 0.1, 0.0, 0.1, 0.0, 0.1, 0.0, 0.1, 0.0];
+        let place = &place[..dims];
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("given", Constant::vector(place));
+        let a = Ensemble::new(dims).neurons(neurons).encoders(Encoders::hadamard());
+        let a = graph.add("a", a.function("product", |x| x[0] * x[1]));
+        graph.route(&given >> &a.input);
+        let probe = ProbeSpec::default().filtered(Synapse::lowpass_ms(1));
+        let probe = graph.probe(&a.output("product"), probe);
+        let built = graph.build(Timebase::default(), &PopulationPlan::rate(), Seed::new(1));
+        let built =
+            BuiltLayer::of(&built.expect("builds"), "a").and_then(|layer| layer.ensemble(0));
+        let built = built.expect("built");
+        let points: Vec<f64> = place.iter().map(|x| f64::from(*x)).collect();
+        let points = ndarray::Array2::from_shape_vec((1, dims), points).expect("one row");
+        let rates = built.tuning_curves(points.view()).expect("rates");
+        let decoded = rates.dot(&built.decoders("product").expect("decoded"))[[0, 0]];
+        let sim = graph.run(&PopulationPlan::rate(), Seed::new(1), SimDuration::from_millis(50));
+        let sim = sim.expect("runs");
+        let (_, ran) = sim.samples(&probe).iter().last().expect("a sample");
+        assert!((f64::from(ran[0]) - decoded).abs() < 1e-3, "{dims} {neurons}: {ran:?} {decoded}");
+        assert!(decoded.abs() > 0.01, "{decoded}");
+    }
+}

@@ -59,7 +59,8 @@ pub(super) fn lay_out(shape: &Shape, gains: &[f64], encoders: &[f64]) -> Vec<Rea
         let gain = if gain.abs() < NO_GAIN { NO_GAIN } else { gain };
         let (column, first) = place(shape, neuron);
         // The first row of a Hadamard matrix is all 1, so that of the block has its signs.
-        let sign = column < dims && encoders[first * dims + column] < 0.0;
+        let of_column = encoders.get(first * dims + column).filter(|_| column < dims);
+        let sign = of_column.is_some_and(|number| *number < 0.0);
         Real::from_bits(gain.to_bits() & !1 | u32::from(sign))
     };
     (0..shape.padded()).map(marked).collect()

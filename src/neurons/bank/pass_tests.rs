@@ -42,7 +42,7 @@ fn currents_by_transforms_are_products_of_encoders_and_value() {
         for neurons in [1, 7, 50, 127, 128, 129, 800, 1_000] {
             let shape = shape(neurons, dims);
             let (encoders, gains, laid_out) = drawn(&shape, 1);
-            assert_eq!(laid_out.len(), neurons.next_multiple_of(dims.next_power_of_two()));
+            assert_eq!(laid_out.len(), neurons.next_multiple_of(dims.next_power_of_two().max(8)));
             let right = off((&encoders, &gains), &laid_out, dims);
             assert!(right < 2e-5, "{neurons} neurons, {dims} dimensions: {right}");
             // The wrong variant: one column of a block has the other sign.

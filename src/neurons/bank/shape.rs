@@ -37,7 +37,8 @@ impl Shape {
         match self.dims {
             1 if self.is_few() => 1,
             1 => NARROW,
-            _ if self.hadamard => self.order(),
+            // Decoders are read in groups of `NARROW`.
+            _ if self.hadamard => self.order().max(NARROW),
             _ => WIDE,
         }
     }
