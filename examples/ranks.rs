@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use symbolt::files::{Limit, Overwrite, read_file, write_atomic};
-use symbolt::neurons::{LifSpec, Population, PopulationPlan, own_neurons};
+use symbolt::neurons::{PopulationPlan, own_neurons};
 use symbolt::prelude::*;
 use symbolt::sim::{Checkpoint, MpiSession, Ranks};
 

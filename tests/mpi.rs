@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use symbolt::neurons::{Ensemble, LifSpec, Population, PopulationPlan};
+use symbolt::neurons::{Ensemble, PopulationPlan};
 use symbolt::sim::{
     Constant, Failure, GraphBuilder, MpiSession, Ranks, RunConfig, Seed, Signal, SimDuration,
     Simulator, Synapse, Timebase,

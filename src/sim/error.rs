@@ -47,9 +47,8 @@ pub enum BuildError {
     },
     /// A port looked up by a name or kind that the node does not have.
     #[error(
-        "the node `{node}` has no {direction} `{port}` of kind {kind}; its {direction}s are: {}{}",
-        list(choices),
-        adding(*added_by)
+        "the node `{node}` has no {direction} `{port}` of kind {kind}; its {direction}s are: {}",
+        list(choices)
     )]
     UnknownPort {
         /// The node's path.
@@ -62,8 +61,6 @@ pub enum BuildError {
         kind: String,
         /// The node's ports in that direction, as `name: kind`.
         choices: Vec<String>,
-        /// The setting that would add the port.
-        added_by: Option<&'static str>,
     },
     /// A probe on an output that the description does not have, or has with another kind.
     #[error("there is no output `{asked}` of kind {kind}; the outputs are: {}", list(choices))]
@@ -242,11 +239,6 @@ pub enum BuildError {
         /// Values that can be addressed.
         limit: usize,
     },
-}
-
-/// The end of a message about a port that a setting adds. Empty if none does.
-fn adding(setting: Option<&str>) -> String {
-    setting.map_or_else(String::new, |setting| format!("; `{setting}` adds it"))
 }
 
 /// ` (in `parent`)`, empty at the root.

@@ -228,7 +228,7 @@ fn ports_of_neurons_that_are_not_exposed_name_the_setting_that_adds_them() {
             Err(faults) => {
                 let said = faults.to_string();
                 assert!(!exposed && said.contains("`encoded`"), "{said}");
-                assert!(said.contains("`expose_neurons` adds it"), "{said}");
+                assert!(said.contains("`encoded: vector (with expose_neurons)`"), "{said}");
             }
         }
     }

@@ -221,14 +221,13 @@ impl GraphBuilder {
                 self.draft.faults.push(BuildError::ForeignHandle { direction, port });
                 None
             }
-            PortRef::Unknown { node, port, kind, choices, added_by } => {
+            PortRef::Unknown { node, port, kind, choices } => {
                 self.draft.faults.push(BuildError::UnknownPort {
                     node: node.clone(),
                     direction,
                     port: port.clone(),
                     kind: kind.clone(),
                     choices: choices.clone(),
-                    added_by: *added_by,
                 });
                 None
             }

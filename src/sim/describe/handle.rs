@@ -10,20 +10,8 @@ use super::kind::Kind;
 /// The port that a handle refers to, or a port name that was not found.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PortRef {
-    Known {
-        builder: u64,
-        node: usize,
-        port: usize,
-        name: Arc<str>,
-    },
-    Unknown {
-        node: String,
-        port: String,
-        kind: String,
-        choices: Vec<String>,
-        /// The setting without which a node does not have the port.
-        added_by: Option<&'static str>,
-    },
+    Known { builder: u64, node: usize, port: usize, name: Arc<str> },
+    Unknown { node: String, port: String, kind: String, choices: Vec<String> },
 }
 
 /// A handle to an output port of kind `K`.
@@ -68,8 +56,8 @@ impl<K: Kind> In<K> {
 
 impl PortRef {
     fn set_added_by(&mut self, setting: &'static str) {
-        if let Self::Unknown { added_by, .. } = self {
-            *added_by = Some(setting);
+        if let Self::Unknown { port, kind, choices, .. } = self {
+            choices.push(format!("{port}: {kind} (with {setting})"));
         }
     }
 
@@ -147,7 +135,6 @@ impl NodePorts {
                 port: name.into(),
                 kind: label(),
                 choices: ports.iter().map(|(n, _, label)| format!("{n}: {label}")).collect(),
-                added_by: None,
             },
         }
     }
