@@ -2,8 +2,8 @@
 
 use rand::RngExt;
 use symbolt::neurons::{
-    BuiltLayer, Encoders, Ensemble, Learned, Lif, NonNegative, Pes, PopulationPlan, Rls, Voja,
-    Weights,
+    BuiltLayer, Encoders, Ensemble, Izhikevich, Learned, Lif, NonNegative, Pes, PopulationPlan,
+    RateOf, Rls, Values, Voja, Weights,
 };
 use symbolt::prelude::*;
 use symbolt::sim::{BuildError, BuildErrors};
@@ -293,4 +293,32 @@ fn few_dimensional_hadamard_ensembles_decode_with_all_their_neurons() {
         assert!((f64::from(ran[0]) - decoded).abs() < 1e-3, "{dims} {neurons}: {ran:?} {decoded}");
         assert!(decoded.abs() > 0.01, "{decoded}");
     }
+}
+
+#[test]
+fn rates_of_izhikevich_neurons_are_those_counted_and_are_not_counted_in_each_tick() {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Stimulus::steps_ms([(0, -0.8), (1, 0.1), (2, 0.9)]));
+    let cells = Ensemble::new(1).neurons(50).max_rates(Values::between(60.0, 200.0));
+    let cells = cells.model(RateOf::new(Izhikevich::default())).expose_neurons();
+    let cells = graph.add("cells", cells);
+    graph.route(&given >> &cells.input);
+    let mut sim = graph.start(&lif(), Seed::new(1)).expect("builds");
+    let built = graph.build(Timebase::default(), &lif(), Seed::new(1)).expect("builds");
+    let built = BuiltLayer::of(&built, "cells").and_then(|layer| layer.ensemble(0)).expect("built");
+    let mut firing = 0;
+    for value in [-0.8, 0.1, 0.9] {
+        sim.run_for(SimDuration::from_millis(1)).expect("runs");
+        let counted = built.tuning_curves(ndarray::array![[value]].view()).expect("rates");
+        let ran = sim.value(&cells.neurons());
+        assert_eq!(ran.len(), 50);
+        for (ran, counted) in ran.iter().zip(counted.row(0)) {
+            // Counts of a second are whole numbers, between which the table is linear.
+            assert!((f64::from(*ran) - counted).abs() <= 1.5, "{value}: {ran} {counted}");
+            firing += usize::from(*counted > 5.0);
+        }
+    }
+    assert!(firing > 40, "{firing}");
+    // Ten seconds of them; counted, each tick would take a thousand steps of every neuron.
+    sim.run_for(SimDuration::from_secs(10)).expect("runs");
 }

@@ -188,9 +188,13 @@ impl NeuronModel for Izhikevich {
     }
 
     fn rate_form(&self) -> Option<Arc<dyn NeuronModel>> {
-        let mut rates: Vec<f64> = (0..ENTRIES).map(|i| LEAST_CURRENT + STEP * i as f64).collect();
+        let currents = (0..ENTRIES + 1).map(|entry| LEAST_CURRENT + STEP * entry as f64);
+        let mut rates: Vec<f64> = currents.collect();
         self.rates(&mut rates);
-        Some(Arc::new(Tabulated { model: *self, rates: rates.into() }))
+        let table = std::array::from_fn(|entry| {
+            [rates[entry], rates[entry + 1] - rates[entry]].map(|rate| rate as Real)
+        });
+        Some(Arc::new(Tabulated { model: *self, table: Arc::new(table) }))
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
@@ -199,24 +203,27 @@ impl NeuronModel for Izhikevich {
     }
 }
 
-/// Currents in the table of rates, and the distance between two.
-const ENTRIES: usize = 4_121;
+/// Intervals of currents in the table of rates, and the length of each.
+const ENTRIES: usize = 4_120;
 const STEP: f64 = 0.25;
 
-/// The rates of a neuron from a table of currents from -30 to 1,000, linear between its entries: counting spikes takes
-/// a thousand ticks.
+/// The rates of a neuron from a table of currents from -30 to 1,000, linear between them: counting spikes takes a
+/// thousand ticks.
 #[derive(Debug, Clone)]
 struct Tabulated {
     model: Izhikevich,
-    rates: Arc<[f64]>,
+    /// The rate at the beginning of each interval, and the difference from there to its end. Both are whole numbers.
+    table: Arc<[[Real; 2]; ENTRIES]>,
 }
 
 impl Tabulated {
-    fn rate(&self, current: f64) -> f64 {
-        let at = ((current - LEAST_CURRENT) / STEP).clamp(0.0, (ENTRIES - 1) as f64);
-        let entry = (at as usize).min(ENTRIES - 2);
-        let [low, high] = [self.rates[entry], self.rates[entry + 1]];
-        low + (high - low) * (at - entry as f64)
+    #[inline(always)]
+    fn rate(&self, current: Real) -> Real {
+        let at = (current - LEAST_CURRENT as Real) * (1.0 / STEP) as Real;
+        let at = at.clamp(0.0, ENTRIES as Real);
+        let entry = (at as u32 as usize).min(ENTRIES - 1);
+        let [rate, difference] = self.table[entry];
+        rate + difference * (at - entry as Real)
     }
 }
 
@@ -230,7 +237,7 @@ impl NeuronModel for Tabulated {
     }
 
     fn rates(&self, currents: &mut [f64]) {
-        currents.iter_mut().for_each(|current| *current = self.rate(*current));
+        currents.iter_mut().for_each(|current| *current = f64::from(self.rate(*current as Real)));
     }
 
     fn firing(&self) -> Firing {
@@ -239,7 +246,7 @@ impl NeuronModel for Tabulated {
 
     fn step(&self, block: Block<'_>) {
         for (activity, current) in block.activity.iter_mut().zip(block.currents) {
-            *activity = self.rate(f64::from(*current)) as Real;
+            *activity = self.rate(*current);
         }
     }
 
