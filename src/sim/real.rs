@@ -33,7 +33,8 @@ impl Numbers for f64 {
     const WIDTH: usize = 1;
 
     fn write(self, out: &mut [Real]) {
-        out.fill(self as Real);
+        let number: Self = self;
+        out.fill(number as Real);
     }
 }
 
