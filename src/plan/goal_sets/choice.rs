@@ -61,6 +61,15 @@ impl Choice {
         w.link(goals, &irrelevant, adds(-1.3));
         let veto = w.units("veto", operators);
         w.link(goals, &veto, rules.links(|o| &o.threatens, 1.0));
+        if !rules.bars.is_empty() {
+            // Two goals that never hold together with a precondition.
+            let pairs = w.both("pairs", rules.bars.len());
+            let numbered = || rules.bars.iter().enumerate();
+            let parts = numbered().flat_map(|(i, (pair, _))| pair.map(|f| (f, i, 1.0)));
+            w.link(goals, &pairs, parts);
+            let barred = numbered().flat_map(|(i, (_, all))| all.iter().map(move |a| (i, *a, 1.0)));
+            w.link(&pairs, &veto, barred);
+        }
         let eligible = w.tonic("eligible", operators);
         w.link(&eligible, signals, gather(operators, Signal::Eligible as usize, 1.0));
         let helps = helps(w, rules, goals, open);

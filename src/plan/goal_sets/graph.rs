@@ -10,6 +10,7 @@ use super::motor::{Acting, act, load};
 use super::rules::Regression;
 use super::senses::Senses;
 use super::tree::Layout;
+use super::triples::{HEIGHTS, MOST_SETS, small};
 use super::wiring::{QUICK_MS, Reach, Wiring, each, gather};
 use crate::plan::strips::Grounded;
 use crate::sim::{In, Module, Out, Scope, Vector};
@@ -69,8 +70,9 @@ impl Regression {
         // Pairs of fluents are kept as a table while the planner is built.
         let table = fluents.saturating_mul(fluents) / 256;
         let rules = fluents.saturating_mul(3 * levels(problem) + 23) + operators.saturating_mul(18);
+        let units_of_sets = if small(problem) { MOST_SETS + slots.saturating_mul(14) } else { 0 };
         let slots = Layout::new(fluents, operators, slots).units();
-        rules.saturating_add(table).saturating_add(slots)
+        rules.saturating_add(table).saturating_add(slots).saturating_add(units_of_sets)
     }
 }
 
@@ -117,7 +119,8 @@ impl Module for GoalSetGraph {
         reachable(w, (&needs, &adds), resets, sizes, (&goals, signals), told);
         let choice = Choice::new(w, &rules, &control, (&goals, &open), &costs);
         let layout = Layout::new(fluents, rules.operators.len(), slots);
-        let memory = memory(w, &layout, &rules, (phases, signals), &goals, &choice);
+        let layout = layout.with_heights(if rules.heights.is_empty() { 0 } else { HEIGHTS });
+        let memory = memory(w, &layout, &rules, &control, &goals, &choice);
         for (name, source, when) in [
             ("begin", goal, &[Phase::Start][..]),
             ("commit", &memory.child, &[Phase::Write][..]),

@@ -1,8 +1,9 @@
 //! The tree of goal sets.
 
 use super::choice::Choice;
-use super::control::{Phase, Signal};
+use super::control::{Control, Phase, Signal};
 use super::race::BAR;
+use super::retreat::Distances;
 use super::rules::Regression;
 use super::tree::{Layout, Tree, Turns, Visited};
 use super::wiring::{Group, Wiring, each};
@@ -33,7 +34,7 @@ pub(super) fn memory(
     w: &mut Wiring<'_, '_>,
     layout: &Layout,
     rules: &Regression,
-    (phases, signals): (&Group, &Group),
+    Control { phases, signals, elapsed, .. }: &Control,
     goals: &Group,
     choice: &Choice,
 ) -> Tree {
@@ -43,7 +44,10 @@ pub(super) fn memory(
     });
     let moving = (goals, &choice.winner);
     let changes = changes.collect();
-    let tree = Tree::new(w, layout, (phases, signals), &TURNS, moving, changes, Visited::Around);
+    let (sets, most) = (&*rules.heights, layout.heights().len());
+    let distances = (most > 0).then_some(Distances { sets, most, elapsed });
+    let compared = (Visited::Around, distances.as_ref());
+    let tree = Tree::new(w, layout, (phases, signals), &TURNS, moving, changes, compared);
     for tabu in &tree.tabu {
         w.link(tabu, &choice.eligible, each(tabu.count, -1.3));
         w.link(tabu, &choice.utilities, each(tabu.count, BAR));

@@ -3,18 +3,19 @@
 //! Backward, a goal set is a set of fluents that must hold. The search begins with the goal. Again and again it takes an
 //! operator that achieves one of the goals and threatens none, and puts its preconditions in place of what it adds, until the
 //! goal set holds. Forward ([`ForwardGraph`]), it applies operators of relaxed plans to a state until the goal is in it. The first that finds a plan
-//! acts ([`PlannerGraph`]). Which goals an operator achieves and threatens, and which fluents exclude each other, is compiled into the weights of
-//! synapses ([`Regression`], [`Progression`]). Everything else is computed by units: what a fluent costs, what a relaxed plan has, which operator is
+//! acts ([`PlannerGraph`]). Which goals an operator achieves and threatens, which fluents exclude each other, and in small problems how far sets of up
+//! to three of them are from the start, is compiled into the weights of synapses ([`Regression`], [`Progression`]). Everything else is computed by units: what a fluent costs, what a relaxed plan has, which operator is
 //! worth most, what was visited, what phase comes next, and when to plan anew. Only the senses, the motor and the world have no neurons.
 //!
 //! | file | contents |
 //! |---|---|
-//! | `mutex`, `useless`, `rules` | pairs of fluents that exclude each other; operators that are in no plan; what each operator achieves and threatens |
+//! | `mutex`, `triples`, `useless`, `rules` | pairs and triples of fluents that exclude each other, and their distances; operators that are in no plan; what each operator achieves and threatens |
 //! | `wiring` | groups of units, and links between them |
 //! | `machine`, `control` | phases and signals, and the table of transitions |
 //! | `costs` | the wave from what holds; how far each fluent is |
 //! | `choice`, `race` | relevance, veto, utilities, chance after a search that failed, and the race |
-//! | `synapses`, `tried`, `tree`, `memory` | plastic synapses; slots for sets, what was tried in each, the way back, and the retreat from dead ends |
+//! | `synapses`, `tried`, `tree`, `memory` | plastic synapses; slots for sets, what was tried in each, and the way back |
+//! | `retreat` | the slot to go on with after a dead end |
 //! | `senses` | what a planner is told |
 //! | `motor` | what a set takes over; the units that show an action |
 //! | `graph` | all parts of the search backward as one module |
@@ -65,6 +66,7 @@ mod motor;
 mod mutex;
 mod plan;
 mod race;
+mod retreat;
 mod rules;
 mod search;
 mod senses;
@@ -72,6 +74,7 @@ mod spikes;
 mod synapses;
 mod tree;
 mod tried;
+mod triples;
 mod useless;
 mod wiring;
 mod words;

@@ -103,7 +103,7 @@ pub fn search(
                 }
                 None => {
                     dead.insert(slot);
-                    match nearest(&costs, &slots, &dead) {
+                    match nearest(rules, &costs, &slots, &dead) {
                         Some(next) => slot = next,
                         None => break,
                     }
@@ -115,14 +115,23 @@ pub fn search(
     None
 }
 
-/// Returns the slot to go on with after a dead end: of those that are not dead, the one whose costliest goal costs least,
-/// and of several the latest.
+/// Returns the slot to go on with after a dead end: of those that are not dead, the lowest, and of several the latest. A slot is as high
+/// as it is far from the start of the problem; where that is not known, as its costliest goal costs.
 fn nearest(
+    rules: &Regression,
     costs: &[f64],
     slots: &[(BTreeSet<usize>, usize, usize)],
     dead: &BTreeSet<usize>,
 ) -> Option<usize> {
-    let height = |slot: usize| slots[slot].0.iter().map(|f| costs[*f]).fold(0.0, f64::max);
+    let height = |slot: usize| {
+        let goals = &slots[slot].0;
+        let within = rules.heights.iter().filter(|(set, _)| set.iter().all(|f| goals.contains(f)));
+        let farthest = within.map(|(_, height)| *height as f64);
+        match rules.heights.is_empty() {
+            true => goals.iter().map(|f| costs[*f]).fold(0.0, f64::max),
+            false => farthest.fold(0.0, f64::max),
+        }
+    };
     let left = (0..slots.len()).rev().filter(|slot| !dead.contains(slot));
     left.min_by(|a, b| height(*a).total_cmp(&height(*b)))
 }
@@ -141,11 +150,14 @@ fn best(
     let wanted = rules.operators.iter().filter(|o| o.adds.iter().any(open));
     let blamed: BTreeSet<usize> =
         wanted.flat_map(|o| &o.threatens).filter(|f| goals.contains(f)).copied().collect();
+    let pairs = rules.bars.iter().filter(|(pair, _)| pair.iter().all(|f| goals.contains(f)));
+    let barred: BTreeSet<usize> = pairs.flat_map(|(_, all)| all).copied().collect();
     let mut best: Option<(f64, usize, BTreeSet<usize>)> = None;
     for (a, operator) in rules.operators.iter().enumerate() {
         let in_goals = |f: &&usize| goals.contains(f);
         if !operator.adds.iter().any(|f| goals.contains(f))
             || operator.threatens.iter().any(|f| goals.contains(f))
+            || barred.contains(&a)
             || operator.preconditions.iter().any(|p| costs[*p].is_infinite())
         {
             continue;
@@ -177,6 +189,13 @@ fn best(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::goal_sets::mutex::Mutexes;
+
+    fn rules(heights: Vec<(Vec<usize>, usize)>) -> Regression {
+        let mutexes = Mutexes::of(4, []);
+        let (operators, bars) = (Vec::new(), Vec::new());
+        Regression { fluents: 4, operators, mutexes, bars, heights, levels: 16 }
+    }
 
     #[test]
     fn a_dead_end_is_left_for_the_latest_of_the_lowest() {
@@ -185,9 +204,15 @@ mod tests {
         let sets: [&[usize]; 4] = [&[0, 3], &[0, 1, 2], &[2], &[1, 2]];
         let slots = sets.map(|set| (set.iter().copied().collect(), 0, 0));
         let dead = |slots: &[usize]| slots.iter().copied().collect();
-        assert_eq!(nearest(&costs, &slots, &dead(&[])), Some(3));
-        assert_eq!(nearest(&costs, &slots, &dead(&[3])), Some(2));
-        assert_eq!(nearest(&costs, &slots, &dead(&[1, 2, 3])), Some(0));
-        assert_eq!(nearest(&costs, &slots, &dead(&[0, 1, 2, 3])), None);
+        let nearest = |rules: &Regression, ends| nearest(rules, &costs, &slots, &dead(ends));
+        let by_costs = rules(Vec::new());
+        assert_eq!(nearest(&by_costs, &[]), Some(3));
+        assert_eq!(nearest(&by_costs, &[3]), Some(2));
+        assert_eq!(nearest(&by_costs, &[1, 2, 3]), Some(0));
+        assert_eq!(nearest(&by_costs, &[0, 1, 2, 3]), None);
+        // 1 and 2 are far from holding together.
+        let by_distances = rules(vec![(vec![2], 1), (vec![1, 2], 3), (vec![3], 2)]);
+        assert_eq!(nearest(&by_distances, &[]), Some(2));
+        assert_eq!(nearest(&by_distances, &[2]), Some(0));
     }
 }

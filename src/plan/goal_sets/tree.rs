@@ -3,6 +3,7 @@
 //! The contents of the slots are weights of plastic synapses ([`Synapses`]): a slot has one unit for each of its roles, and a
 //! number for each fluent. Two searches use the tree: backward its sets are goals, forward they are states.
 
+use super::retreat::{Distances, compared as compare_heights, heights, retreat};
 use super::synapses::{SynapsePorts, Synapses};
 use super::tried::Tried;
 use super::wiring::{AND, Group, Weight, Wiring, each, gather, replace, spread};
@@ -15,10 +16,11 @@ const TRIED_PER_UNIT: usize = 1024;
 
 /// Where a slot keeps what.
 ///
-/// A row of synapses has one column for each fluent of the goal set, one that marks the slot as taken, and the numbers of the operator
+/// A row of synapses has one column for each fluent of the goal set, one for each height of it ([`Distances`]), one that marks the slot as taken, and the numbers of the operator
 /// and of the slot before as places in square grids: a row and a column each, since one synapse for each number takes more.
 pub(super) struct Layout {
     fluents: usize,
+    heights: usize,
     pub slots: usize,
     operator_side: usize,
     slot_side: usize,
@@ -27,7 +29,13 @@ pub(super) struct Layout {
 impl Layout {
     pub fn new(fluents: usize, operators: usize, slots: usize) -> Self {
         let side = |count: usize| (count as f64).sqrt().ceil() as usize;
-        Self { fluents, slots, operator_side: side(operators), slot_side: side(slots) }
+        let (operator_side, slot_side) = (side(operators), side(slots));
+        Self { fluents, heights: 0, slots, operator_side, slot_side }
+    }
+
+    /// Lets slots remember the height of their sets.
+    pub fn with_heights(self, heights: usize) -> Self {
+        Self { heights, ..self }
     }
 
     /// Returns about how many units the slots take.
@@ -36,9 +44,14 @@ impl Layout {
         self.slots.saturating_mul(SLOT_UNITS + self.operator_side.pow(2) / TRIED_PER_UNIT)
     }
 
+    /// Returns the columns of the heights.
+    pub fn heights(&self) -> std::ops::Range<usize> {
+        self.fluents..self.fluents + self.heights
+    }
+
     /// Returns the column that marks a slot as taken.
     pub fn mark(&self) -> usize {
-        self.fluents
+        self.fluents + self.heights
     }
 
     /// Returns the columns of an operator's number.
@@ -140,7 +153,8 @@ pub(super) fn gated(
 }
 
 impl Tree {
-    /// Adds the tree. `set` is the present one; `changes` link operators to what they take from it and add to it.
+    /// Adds the tree. `set` is the present one; `changes` link operators to what they take from it and add to it. With
+    /// `distances` the search goes back to the lowest set, and otherwise to the latest.
     pub fn new(
         w: &mut Wiring<'_, '_>,
         layout: &Layout,
@@ -148,7 +162,7 @@ impl Tree {
         turns: &Turns<'_>,
         (set, winner): (&Group, &Group),
         changes: Vec<Weight>,
-        visited: Visited,
+        (visited, distances): (Visited, Option<&Distances<'_>>),
     ) -> Self {
         let (fluents, operators, slots) = (set.count, winner.count, layout.slots);
 
@@ -178,6 +192,9 @@ impl Tree {
         w.link(&slot, &child, (0..slots).flat_map(|k| layout.pointer(k).map(|c| (k, c, 1.0))));
         let mark = (0..columns).map(|c| Real::from(u8::from(c == layout.mark())));
         w.bias(&child, &mark.collect::<Vec<_>>());
+        if let Some(distances) = distances {
+            heights(w, distances, &child, layout);
+        }
         let write = w.both("write", slots);
         w.link(&next, &write, each(slots, 1.0));
         let now = turns.write.iter().flat_map(|p| spread(*p, slots, 1.0));
@@ -209,6 +226,10 @@ impl Tree {
         };
         let weight = if visited == Visited::Within { 1.0 } else { -1.3 };
         w.link(&child, &compared, each(fluents, weight));
+        let compared = match distances {
+            Some(_) => compare_heights(w, (phases, turns.back), &compared, layout),
+            None => compared,
+        };
         let (kin, set) = (layout.pointers(), layout.mark());
         let within = visited == Visited::Within;
         let synapses = Synapses { slots, columns, set, kin, within };
@@ -268,43 +289,8 @@ impl Tree {
             w.scope.connect(&from.out, to, Synapse::None);
         }
         let tabu = [tabu, w.relay("tried", &ports.tried, operators)];
-        let dead = retreat(w, (phases, signals), turns, [&slot, &next, &marks]);
+        let groups = [&slot, &next, &marks, &missing];
+        let dead = retreat(w, (phases, signals), turns, groups, distances);
         Self { slot, next, shown, recalled, child, kin, tabu, dead }
     }
-}
-
-/// Moves to the latest slot that is no dead end. The present one is. Returns the dead ends.
-fn retreat(
-    w: &mut Wiring<'_, '_>,
-    (phases, signals): (&Group, &Group),
-    turns: &Turns<'_>,
-    [slot, next, marks]: [&Group; 3],
-) -> Group {
-    let slots = slot.count;
-    let back = || spread(turns.back, slots, 1.0);
-    let leave = w.both("leave_slot", slots);
-    w.link(slot, &leave, each(slots, 1.0));
-    w.link(phases, &leave, back());
-    let dead = w.latches("dead", slots);
-    w.link(&leave, &dead, each(slots, 1.2));
-    w.link(phases, &dead, turns.revives.iter().flat_map(|p| spread(*p, slots, -5.0)));
-    let left = w.units("left", slots);
-    w.link(marks, &left, each(slots, 1.0));
-    w.link(&dead, &left, each(slots, -1.3));
-    w.link(slot, &left, each(slots, -1.3));
-    w.link(&left, signals, gather(slots, turns.left, 1.0));
-    // Slots are summed in rows, so that the weights are as many as slots times the root of their number.
-    let side = slots.isqrt().max(1);
-    let count = slots.div_ceil(side);
-    let rows = w.sum("left_rows", count);
-    w.link(&left, &rows, (0..slots).map(|k| (k, k / side, 1.0)));
-    let retreat = w.both("retreat", slots);
-    let later = (0..slots).flat_map(|k| (k / side + 1..count).map(move |row| (row, k, -1.5)));
-    w.link(&rows, &retreat, later);
-    let beside = (0..slots)
-        .flat_map(|k| (k + 1..slots.min((k / side + 1) * side)).map(move |j| (j, k, -1.5)));
-    w.link(&left, &retreat, each(slots, 1.0).chain(beside).collect::<Vec<_>>());
-    w.link(phases, &retreat, back());
-    replace(w, &retreat, next);
-    dead
 }

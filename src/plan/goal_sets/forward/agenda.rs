@@ -112,7 +112,9 @@ mod tests {
             serves: Vec::new(),
         });
         let operators = operators.collect();
-        Regression { fluents: 8, operators, mutexes: Mutexes::of(8, []), levels: 16 }
+        let mutexes = Mutexes::of(8, []);
+        let (bars, heights) = (Vec::new(), Vec::new());
+        Regression { fluents: 8, operators, mutexes, bars, heights, levels: 16 }
     }
 
     #[test]

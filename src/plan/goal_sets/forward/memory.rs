@@ -45,7 +45,8 @@ pub(super) fn memory(
     let changes = rules.deletes(-1.5).into_iter().chain(rules.adds(1.7));
     let changes = changes.map(|(f, a, weight)| (a, f, weight)).collect();
     let moving = (state, winner);
-    let tree = Tree::new(w, layout, (phases, signals), &TURNS, moving, changes, Visited::Within);
+    let compared = (Visited::Within, None);
+    let tree = Tree::new(w, layout, (phases, signals), &TURNS, moving, changes, compared);
     let (slot, slots) = (&tree.slot, layout.slots);
 
     w.link(&tree.dead, signals, gather(slots, Signal::Weary as usize, TIRES));

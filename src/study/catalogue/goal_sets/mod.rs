@@ -38,7 +38,7 @@ pub(super) use threats::Threats;
 const LOCK_MS: u64 = 100;
 
 /// Revision of all experiments here. It increases with every change of the planner's outcomes.
-const REVISION: u32 = 9;
+const REVISION: u32 = 10;
 
 /// The planner of a trial.
 #[derive(Debug, Clone, PartialEq)]
