@@ -70,7 +70,10 @@ impl Regression {
         // Pairs of fluents are kept as a table while the planner is built.
         let table = fluents.saturating_mul(fluents) / 256;
         let rules = fluents.saturating_mul(3 * levels(problem) + 23) + operators.saturating_mul(18);
-        let units_of_sets = if small(problem) { MOST_SETS + slots.saturating_mul(14) } else { 0 };
+        let units_of_sets = match small(problem) {
+            true => slots.saturating_mul(14).saturating_add(MOST_SETS),
+            false => 0,
+        };
         let slots = Layout::new(fluents, operators, slots).units();
         rules.saturating_add(table).saturating_add(slots).saturating_add(units_of_sets)
     }

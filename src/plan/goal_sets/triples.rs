@@ -251,7 +251,7 @@ mod tests {
         let mut seen = BTreeMap::from([(start.clone(), 0)]);
         let mut left = VecDeque::from([(start, 0)]);
         while let Some((state, distance)) = left.pop_front() {
-            for operator in &problem.operators {
+            for operator in problem.operators.iter().filter(|o| !o.adds.is_empty()) {
                 if operator.preconditions.iter().all(|need| state.contains(need)) {
                     let kept = state.iter().filter(|f| !operator.deletes.contains(f));
                     let next: BTreeSet<usize> = kept.chain(&operator.adds).copied().collect();
@@ -287,7 +287,7 @@ mod tests {
             }
         }
         // Most triples that never hold are told from those that do.
-        assert!(never > 30 && never > 10 * missed && far > 300, "{never}, {missed}, {far}");
+        assert!(never > 30 && never > 5 * missed && far > 300, "{never}, {missed}, {far}");
     }
 
     #[test]
@@ -296,7 +296,12 @@ mod tests {
         for problem in (0..150).filter_map(drawn) {
             let rules = Regression::new(&problem);
             barred += rules.bars.len();
-            for state in reachable(&problem).into_keys() {
+            // What is barred holds in no plan. So states behind operators that are in no plan do not count.
+            let mut useful = problem.clone();
+            for (operator, seen) in useful.operators.iter_mut().zip(&rules.operators) {
+                operator.adds.clone_from(&seen.adds);
+            }
+            for state in reachable(&useful).into_keys() {
                 for (place, operator) in rules.operators.iter().enumerate() {
                     let possible = operator.preconditions.iter().all(|need| state.contains(need));
                     if operator.adds.is_empty() || !possible {
@@ -312,6 +317,6 @@ mod tests {
                 }
             }
         }
-        assert!(barred > 100 && done > 1000, "{barred} {done}");
+        assert!(barred > 30 && done > 10_000, "{barred} {done}");
     }
 }
