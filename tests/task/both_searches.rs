@@ -424,3 +424,19 @@ fn hikers_are_not_misled_by_a_new_relaxed_plan_in_each_state_that_the_search_com
     let (_, course, valid) = run(HIKE[0], HIKE[1], Directions::Forward, false, 20);
     assert!(valid && course.starts() == 1, "{}", course.starts());
 }
+
+#[test]
+fn random_domains_are_solved_and_without_distances_fewer_are() {
+    let solved = |ablated: &[&str]| {
+        let problems = (0..16).map(|seed| {
+            let problem = tangled(12, &mut Seed::new(seed).rng()).expect("a problem").grounded;
+            let world = StripsWorld::new(&problem, SimDuration::from_millis(100));
+            let ablated = ablated.iter().map(|group| (*group).to_owned()).collect();
+            let spec = GoalSetSpec { ablated, ..spec(Directions::Backward, false, 12) };
+            pursue(&problem, world, &spec, Seed::new(seed)).expect("a run").reached
+        });
+        problems.filter(|reached| *reached).count()
+    };
+    let (with, without) = (solved(&[]), solved(&["backward/far_sets"]));
+    assert!(with >= 15 && without < with, "{with} with distances and {without} without");
+}
