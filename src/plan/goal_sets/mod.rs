@@ -4,8 +4,8 @@
 //! operator that achieves one of the goals and threatens none, and puts its preconditions in place of what it adds, until the
 //! goal set holds. Forward ([`ForwardGraph`]), it applies operators of relaxed plans to a state until the goal is in it. The first that finds a plan
 //! acts ([`PlannerGraph`]). Which goals an operator achieves and threatens, which fluents exclude each other, and in small problems how far sets of up
-//! to three of them are from the start, is compiled into the weights of synapses ([`Regression`], [`Progression`]). Everything else is computed by units: what a fluent costs, what a relaxed plan has, which operator is
-//! worth most, what was visited, what phase comes next, and when to plan anew. Only the senses, the motor and the world have no neurons.
+//! to three of them are from the start, is compiled into the weights of synapses ([`Regression`], [`Progression`]). Everything else is computed by
+//! units: what a fluent costs, what a relaxed plan has, which operator is worth most, what was visited, what phase comes next, and when to plan anew. Only the senses, the motor and the world have no neurons.
 //!
 //! | file | contents |
 //! |---|---|

@@ -90,6 +90,7 @@ pub(super) fn retreat(
     let rows = w.sum("left_rows", count);
     w.link(&left, &rows, (0..slots).map(|k| (k, k / side, 1.0)));
     if distances.is_some() {
+        // An input where the lowest slots are cut.
         w.bias(&rows, &vec![0.0; count]);
     }
     let retreat = w.both("retreat", slots);
@@ -125,6 +126,7 @@ fn lowest(
     w.link(&gone, &within, rows().map(|(_, slot, cell)| (slot, cell, GONE)));
     let some = w.units("some_within_height", most);
     w.link(&within, &some, rows().map(|(height, _, cell)| (cell, height, 1.2)));
+    // An input where `within` is cut.
     w.bias(&some, &vec![0.0; most]);
     let above = w.units("above_height", most * slots);
     w.link(&some, &above, rows().map(|(height, _, cell)| (height, cell, 1.0)));
