@@ -137,9 +137,7 @@ pub(crate) fn code(error: &Error) -> u8 {
 /// Returns 1 if the planner ran, or if no plan reaches the goal, and 2 if a setting is to blame.
 fn goal_set_code(error: &GoalSetError) -> u8 {
     match error {
-        GoalSetError::Sim(_)
-        | GoalSetError::Unreachable { .. }
-        | GoalSetError::NeverHolds { .. } => 1,
+        GoalSetError::Sim(_) | GoalSetError::Unreachable { .. } => 1,
         _ => 2,
     }
 }

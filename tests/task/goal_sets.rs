@@ -645,6 +645,40 @@ fn the_command_plans_and_acts_on_pddl() {
 }
 
 #[test]
+fn a_goal_of_three_facts_that_never_hold_together_is_refused_at_once() {
+    // Two tokens are passed on among three places.
+    let moves = [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)].map(|(from, to)| {
+        format!(
+            "(:action m{from}{to} :parameters () :precondition (and (at{from}) (free{to}))
+             :effect (and (at{to}) (free{from}) (not (at{from})) (not (free{to}))))"
+        )
+    });
+    let names = "(at0) (at1) (at2) (free0) (free1) (free2)";
+    let domain = format!("(define (domain d) (:predicates {names}) {})", moves.concat());
+    let pursued = |goal: &str| {
+        let domain = Domain::parse(domain.as_bytes(), "d", Bodies::Read).expect("a domain");
+        let problem = format!(
+            "(define (problem p) (:domain d) (:init (at0) (at1) (free2)) (:goal (and {goal})))"
+        );
+        let problem = Problem::parse(problem.as_bytes(), "p", &domain).expect("a problem");
+        let problem = Grounded::new(&domain, &problem).expect("is grounded");
+        let world = StripsWorld::new(&problem, SimDuration::from_millis(60));
+        pursue(&problem, world, &direct(), Seed::new(3)).map(|course| course.reached)
+    };
+    for goal in ["(at0) (at2)", "(at1) (at2)", "(free0)"] {
+        assert!(pursued(goal).expect("runs"), "{goal}");
+    }
+    for (goal, parts) in [
+        ("(at2) (at1) (at0)", "(at0), (at1) and (at2)"),
+        ("(free0) (at1) (free2)", "(free0) and (free2)"),
+    ] {
+        let refused = pursued(goal).expect_err("out of reach").to_string();
+        let wanted = format!("the goal cannot be reached: {parts} never hold together");
+        assert_eq!(refused, wanted);
+    }
+}
+
+#[test]
 fn dead_ends_are_left_and_without_the_retreat_they_are_not() {
     let dead_ends = |seed: u64, ablated: &[&str]| {
         let problem = tangled(5, &mut Seed::new(seed).rng()).expect("a domain").grounded;

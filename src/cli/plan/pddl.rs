@@ -161,7 +161,7 @@ fn planned_or_not(args: &PlanArgs, out: &Place, told: &mut Told) -> Result<End, 
     progress.say(format!("planning with {size}"));
     let world = StripsWorld::new(&grounded, SimDuration::from_millis(LOCK_MS));
     let course = match pursue(&grounded, world, &spec, Seed::new(args.common.seed)) {
-        Err(fault @ (GoalSetError::NeverHolds { .. } | GoalSetError::Unreachable { .. })) => {
+        Err(fault @ GoalSetError::Unreachable { .. }) => {
             return Ok(End::Unreachable(as_read(&domain, &fault.to_string())));
         }
         course => course?,

@@ -88,19 +88,11 @@ pub enum GoalSetError {
         /// Slots that were asked for.
         slots: usize,
     },
-    /// A part of the goal never holds.
-    #[error("the goal cannot be reached: {fluent} never holds")]
-    NeverHolds {
-        /// The part, as a fact.
-        fluent: String,
-    },
-    /// Two parts of the goal never hold together.
-    #[error("the goal cannot be reached: {first} and {second} never hold together")]
+    /// A part of the goal never holds, or two or three never hold together.
+    #[error("the goal cannot be reached: {}", never(facts))]
     Unreachable {
-        /// A part of the goal.
-        first: String,
-        /// Another part.
-        second: String,
+        /// The parts, from one to three, as facts.
+        facts: Vec<String>,
     },
     /// A pattern of layers is wrong.
     #[error(transparent)]
@@ -184,6 +176,16 @@ pub fn populations(population: &Population) -> Result<PopulationPlan, PatternErr
     Ok(plan.with("**/race".parse()?, race))
 }
 
+/// Says of facts that they never hold together.
+fn never(facts: &[String]) -> String {
+    match facts {
+        [several @ .., last] if !several.is_empty() => {
+            format!("{} and {last} never hold together", several.join(", "))
+        }
+        _ => format!("{} never holds", facts.concat()),
+    }
+}
+
 /// Plans and acts until the goal holds or the time is over.
 ///
 /// Costs O(units) per simulated millisecond in spiking mode. One seed gives the same bits.
@@ -204,16 +206,9 @@ pub fn pursue(
     let [back, ahead] = spec.slots.map_or_else(|| slots(fluents), |slots| [slots; 2]);
     let (directions, units) = fitting(problem, spec.directions, [back, ahead])?;
     let rules = Regression::new(problem);
-    // A part that never holds excludes itself, and every other part.
-    let itself = problem.goal.iter().map(|a| (*a, *a));
-    let mut pairs =
-        itself.chain(problem.goal.iter().flat_map(|a| problem.goal.iter().map(move |b| (*a, *b))));
-    if let Some((a, b)) = pairs.find(|(a, b)| rules.mutexes.excludes(*a, *b)) {
-        let [first, second] = [a, b].map(|f| problem.fluents[f].to_string());
-        return Err(match a == b {
-            true => GoalSetError::NeverHolds { fluent: first },
-            false => GoalSetError::Unreachable { first, second },
-        });
+    if let Some(parts) = rules.never_together(&problem.goal) {
+        let facts = parts.iter().map(|f| problem.fluents[*f].to_string()).collect();
+        return Err(GoalSetError::Unreachable { facts });
     }
     if rules.operators.iter().all(|operator| operator.adds.is_empty()) {
         // No operator is in a plan: the goal holds, or is out of reach.

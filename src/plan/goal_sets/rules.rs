@@ -42,6 +42,9 @@ pub struct Regression {
     /// Sets of one to three fluents, and how far at least each goal set that contains them is from the start of the problem, in
     /// sixths of the greatest distance. Known of the same problems.
     pub heights: Vec<(Vec<usize>, usize)>,
+    /// Sets of two or three fluents that never hold together in a plan. Known of the same problems, without those that contain
+    /// others.
+    pub never: Vec<Vec<usize>>,
     /// Levels of cost that are told apart: 16, or 32 if a fluent costs more from the start of the problem on.
     pub levels: usize,
 }
@@ -62,7 +65,18 @@ impl Regression {
         let mut rules = Self::with_mutexes(&useful, mutexes);
         rules.exclude(&triples.never);
         rules.heights = triples.heights;
+        rules.never = triples.never;
         rules
+    }
+
+    /// Returns up to three of these fluents that never hold together in a plan, or one that never holds, if any are known.
+    pub fn never_together(&self, goals: &[usize]) -> Option<Vec<usize>> {
+        let alone = goals.iter().find(|goal| self.mutexes.excludes(**goal, **goal));
+        let pairs = goals.iter().flat_map(|a| goals.iter().map(move |b| [*a, *b]));
+        let pair = || pairs.clone().find(|[a, b]| self.mutexes.excludes(*a, *b));
+        let among = || self.never.iter().find(|set| set.iter().all(|f| goals.contains(f)));
+        let two = || pair().map(|pair| pair.to_vec());
+        alone.map(|goal| vec![*goal]).or_else(two).or_else(|| among().cloned())
     }
 
     /// Lets operators be barred by sets of two or three fluents that exclude each other.
@@ -133,6 +147,7 @@ impl Regression {
             mutexes,
             bars: Vec::new(),
             heights: Vec::new(),
+            never: Vec::new(),
             levels: levels(problem),
         }
     }
