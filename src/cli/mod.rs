@@ -129,7 +129,7 @@ commands! {
 pub(crate) fn main() -> ExitCode {
     let args = with_command(std::env::args_os());
     let command = args.get(1).map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    ranks::together(&command, || match Cli::try_parse_from(args).map(dispatch) {
+    ranks::together(&command, || match Cli::try_parse_from(&args).map(dispatch) {
         Ok(Ok(Outcome::Done)) => Ended { code: 0, sentence: None },
         Ok(Ok(Outcome::Failed(sentence))) => Ended { code: 1, sentence: Some(sentence) },
         Ok(Err(error)) => {
@@ -142,7 +142,11 @@ pub(crate) fn main() -> ExitCode {
             Ended { code: code(&error), sentence: Some(sentence(&error)) }
         }
         Err(usage) if usage.use_stderr() => {
-            Ended { code: 2, sentence: Some(of_usage(&usage, &command)) }
+            let sentence = of_usage(&usage, &command);
+            if rank::leads() {
+                tell_as_json(&args, &sentence);
+            }
+            Ended { code: 2, sentence: Some(sentence) }
         }
         Err(help) => {
             if rank::leads() {
@@ -152,6 +156,20 @@ pub(crate) fn main() -> ExitCode {
             Ended { code: 0, sentence: None }
         }
     })
+}
+
+/// Prints the object that `symbolt plan --json` owes for a problem in PDDL, though its arguments could not be read.
+fn tell_as_json(args: &[OsString], fault: &str) {
+    let given = |option: &str| args.iter().any(|arg| arg.to_string_lossy().starts_with(option));
+    if args.get(1).is_none_or(|name| name != "plan") || !given("--json") || given("--scene") {
+        return;
+    }
+    if let Ok(Cli { command: Command::Plan(stand_in) }) =
+        Cli::try_parse_from(["symbolt", "plan", "domain", "problem", "--json"])
+    {
+        // If standard output is closed, nobody reads it.
+        let _ = output::emit(plan::unread(&stand_in, fault));
+    }
 }
 
 /// Returns a sentence about wrong usage.

@@ -119,8 +119,12 @@ impl Place {
 }
 
 impl OutFile {
-    /// As [`Place::checked`].
+    /// As [`Place::checked`]. There is nothing to replace without a file.
     pub fn place(&self) -> Result<Place, Error> {
+        if self.force && self.out.is_none() {
+            let problem = "--force replaces the file of --out, which is not given; leave it out";
+            return Err(BadArgument(problem.into()).into());
+        }
         Place::checked(self.out.as_deref(), self.force)
     }
 }

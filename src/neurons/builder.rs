@@ -16,7 +16,7 @@ use super::plan::NeuronSpec;
 use super::poles;
 use super::solve::{Points, Special};
 use super::solved::SolvedModel;
-use super::tuning::{Tuning, TuningError};
+use super::tuning::{Tuning, TuningError, refuse};
 use super::turn::{Turn, origin};
 use crate::sim::{Fingerprint, Seed, fnv1a};
 
@@ -314,6 +314,12 @@ impl PopulationBuilder<'_> {
             // A rate that is not possible fails for every seed. Draws do not reach the upper end of a range.
             let [low, high] = tuning.max_rates;
             model.gain_bias(high - 1e-9 * (high - low), 0.0)?;
+            let most = model.most_rate(self.dt_s);
+            if high > most * (1.0 + 1e-9) {
+                let expected =
+                    format!("at most {} s, for maximum rates of up to {high} Hz", 1.0 / high);
+                return Err(refuse("tick", format!("{} s", self.dt_s), expected));
+            }
         }
         let seed = self.seed.derive("", role);
         let (fingerprint, own) =

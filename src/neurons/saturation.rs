@@ -11,9 +11,12 @@ const BEYOND: f64 = 1.2;
 /// How often the ensembles of each layer were to represent values beyond their radius.
 ///
 /// Only layers whose exact form has no such limit are counted: products, graded selections, and selections by a contest, whose neurons cannot
-/// tell apart utilities beyond the radius; with them memories. A value counts from a fifth beyond the radius: what is nearer crosses it by noise, and
+/// tell apart utilities beyond the radius; with them memories. So are pointers: exact maths limits their norm, and neurons that of the part of
+/// each ensemble, which is too much where a pointer has most of its norm in few components, as the identity of circular convolution; not
+/// where each component has an ensemble of its own ([`Represent::split`](super::Represent::split)), of which some saturate whenever a memory
+/// stores something. A value counts from a fifth beyond the radius: what is nearer crosses it by noise, and
 /// what is decoded still follows it.
-/// [`Represent`](super::Represent), [`Map`](super::Map) and [`Ensemble`](super::Ensemble) are limited in every mode. A layer in
+/// [`Represent`](super::Represent) of numbers, [`Map`](super::Map) and [`Ensemble`](super::Ensemble) are limited in every mode. A layer in
 /// exact maths has no ensembles and is not counted.
 ///
 /// ```

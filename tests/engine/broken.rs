@@ -2,12 +2,13 @@
 
 use rand::RngExt;
 use symbolt::neurons::{
-    BuiltLayer, Encoders, Ensemble, Izhikevich, Learned, Lif, NonNegative, Pes, PopulationPlan,
-    RateOf, Rls, Values, Voja, Weights,
+    BuiltLayer, Encoders, Ensemble, Izhikevich, Learned, Lif, NeuronModel, NonNegative, Pes,
+    PoissonSpiking, Population, PopulationPlan, RateOf, RegularSpiking, Rls, SelectRule,
+    StochasticSpiking, Values, Voja, Weights,
 };
 use symbolt::prelude::*;
-use symbolt::sim::{BuildError, BuildErrors};
-use symbolt::spa::Route;
+use symbolt::sim::{BuildError, BuildErrors, Module};
+use symbolt::spa::{BasalGanglia, GatedMemory, Integrator, Oscillator, Route, Selection, Weigh};
 
 fn lif() -> PopulationPlan {
     PopulationPlan::lif()
@@ -138,6 +139,13 @@ fn a_wrong_setting_is_told_once_without_faults_that_follow_from_it() {
         graph.route(&given >> &a.input);
         graph
     }
+    fn stimulated(steps: &[(u64, f32)]) -> GraphBuilder {
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("wrong", Stimulus::steps_ms(steps.iter().copied()));
+        let a = graph.add("a", Ensemble::new(1).identity("x"));
+        graph.route(&given >> &a.input);
+        graph
+    }
     let pes = learned(|graph| {
         let pre = graph.add("pre", Constant::vector(&[100.0, 50.0]));
         let error = graph.add("error", Constant::vector(&[1.0, -1.0]));
@@ -160,7 +168,21 @@ fn a_wrong_setting_is_told_once_without_faults_that_follow_from_it() {
         Ok(_) => Vec::new(),
         Err(BuildErrors(faults)) => faults,
     };
+    fn module(module: impl Module) -> GraphBuilder {
+        let mut graph = GraphBuilder::new();
+        graph.add("wrong", module);
+        graph
+    }
+    let rule = SelectRule::WinnerTakeAll { level: 0.3 };
     for (graph, said) in [
+        (module(BasalGanglia::new(0)), "0 actions; expected at least one"),
+        (module(Selection::new(0, rule)), "0 items; expected at least one"),
+        (module(GatedMemory::vector(0)), "0 components; expected at least one"),
+        (module(Integrator::vector(0)), "0 components; expected at least one"),
+        (module(Weigh::vector(0)), "0 components; expected at least one"),
+        (module(GatedMemory::scalar().radius(-1.0)), "the radius is -1; expected a finite number"),
+        (module(Oscillator::new(20.0)), "the frequency is 20 Hz; expected -8 to 8"),
+        (stimulated(&[(0, 1.0), (0, 2.0)]), "the times of a stimulus must increase"),
         (pes, "NaN"),
         (rls, "inf"),
         (stimulus(10, &[]), "no values; give at least one"),
@@ -321,4 +343,50 @@ fn rates_of_izhikevich_neurons_are_those_counted_and_are_not_counted_in_each_tic
     assert!(firing > 40, "{firing}");
     // Ten seconds of them; counted, each tick would take a thousand steps of every neuron.
     sim.run_for(SimDuration::from_secs(10)).expect("runs");
+}
+
+#[test]
+fn spikes_that_would_not_fit_into_ticks_are_refused_and_rates_are_not() {
+    let mut graph = GraphBuilder::new();
+    let given = graph.add("given", Constant::vector(&[0.9]));
+    let cells = graph.add("cells", Ensemble::new(1).identity("x"));
+    graph.route(&given >> &cells.input);
+    let built = |us, plan: &PopulationPlan| {
+        let time = Timebase::new(SimDuration::from_micros(us)).expect("a tick");
+        graph.build(time, plan, Seed::new(1)).map(|_| ()).map_err(|faults| faults.to_string())
+    };
+    // At 5 ms a neuron shows at most 200 Hz; 0.9 would be decoded as 0.6.
+    let said = built(5_000, &lif()).expect_err("refused");
+    assert!(said.contains("`tick` is 0.005 s; expected at most 0.0025 s"), "{said}");
+    assert_eq!(built(2_500, &lif()), Ok(()));
+    assert_eq!(built(5_000, &PopulationPlan::rate()), Ok(()));
+    let regular = PopulationPlan::all(Population::neurons(RegularSpiking::new(Lif::default())));
+    assert_eq!(built(5_000, &regular), Ok(()));
+}
+
+#[test]
+fn spikes_at_the_rates_of_izhikevich_neurons_do_not_count_them_in_each_tick() {
+    fn ran(model: impl NeuronModel + Clone) -> (usize, f32) {
+        let mut graph = GraphBuilder::new();
+        let given = graph.add("given", Constant::vector(&[0.9]));
+        let cells = Ensemble::new(1).neurons(50).max_rates(Values::between(60.0, 200.0));
+        let cells = graph.add("cells", cells.model(model).expose_neurons());
+        graph.route(&given >> &cells.input);
+        let probe = graph.probe(&cells.neurons(), ProbeSpec::default());
+        // Ten seconds; counted, each tick would take a thousand steps of every neuron.
+        let sim = graph.run(&lif(), Seed::new(1), SimDuration::from_secs(10)).expect("runs");
+        let all = sim.samples(&probe);
+        let sum: f32 = all.iter().flat_map(|(_, hz)| hz.iter().copied()).sum();
+        (all.len(), sum / (all.len() * 50) as f32)
+    }
+    let rates = ran(RateOf::new(Izhikevich::default()));
+    assert!(rates.0 == 10_000 && rates.1 > 20.0, "{rates:?}");
+    for (ticks, hz) in [
+        ran(RegularSpiking::new(Izhikevich::default())),
+        ran(PoissonSpiking::new(Izhikevich::default())),
+        ran(StochasticSpiking::new(Izhikevich::default())),
+    ] {
+        assert_eq!(ticks, 10_000);
+        assert!((hz / rates.1 - 1.0).abs() < 0.02, "{hz} {}", rates.1);
+    }
 }

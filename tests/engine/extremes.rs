@@ -197,7 +197,7 @@ fn neuron_models_are_refused_or_finite() {
     }
     tally.check(
         models.len() * EXTREMES.len(),
-        Counts { refused: 323, ran: 117, diverged: 0, read: 9360 },
+        Counts { refused: 333, ran: 107, diverged: 0, read: 8560 },
     );
 }
 

@@ -10,6 +10,7 @@ use symbolt::files::npz::NpzWriter;
 use symbolt::neurons::{
     Bcm, Ensemble, Learned, LearnedPorts, LearningRule, LearningTick, Needs, Oja, Pes,
     PopulationPlan, Rls, Side, Stretch, Trace, TuningError, Voja, WeightShape, Weights,
+    WeightsError,
 };
 use symbolt::prelude::*;
 use symbolt::sim::{Filter, Fingerprint, Out, Ranks, Real, Signal, SimError, Threads, Vector};
@@ -264,6 +265,12 @@ fn learned_weights_are_saved_and_loaded() {
     let sim = run(&graph, 20);
     learned.save(&sim, &path, Overwrite::Never).expect("saved");
     assert!(learned.save(&sim, &path, Overwrite::Never).is_err(), "it exists");
+    // A run of another graph, though of one that is built alike, has no such weights, and leaves the file alone.
+    let (alike, ..) = simple(|l| l);
+    let written = std::fs::read(&path).expect("a file");
+    let fault = learned.save(&run(&alike, 1), &path, Overwrite::Allowed).expect_err("refused");
+    assert!(matches!(fault, WeightsError::AnotherGraph), "{fault}");
+    assert_eq!(std::fs::read(&path).expect("a file"), written);
     let weights = Weights::read(&path).expect("read");
     let (graph, again, _) = simple(|l| l.weights(weights.clone()));
     assert_eq!(again.weights(&run(&graph, 1)), learned.weights(&sim));
@@ -302,7 +309,7 @@ fn wrong_settings_are_refused_with_one_sentence() {
     };
     let zero = Synapse::lowpass(SimDuration::from_micros(0));
     type Change = fn(Learned) -> Learned;
-    let cases: [(Change, &str); 12] = [
+    let cases: [(Change, &str); 14] = [
         (|l| l.rule(Pes::new(f64::NAN)), "rule `pes`: `rate` is NaN; expected a finite number"),
         (|l| l.rule(Rls::new(-1.0)), "rule `rls`: `rate` is -1"),
         (|l| l.rule(Oja::default()), "rule `oja` needs the activity of 1 target neurons"),
@@ -313,6 +320,11 @@ fn wrong_settings_are_refused_with_one_sentence() {
         ),
         (|l| l.weights(Weights::rows([[1.0, f64::INFINITY]])), "a weight is inf"),
         (|l| l.weights(Weights::uniform(1.0, 0.0, Seed::new(1))), "weights between 1 and 0"),
+        (
+            |l| l.weights(Weights::uniform(-f64::MAX, f64::MAX, Seed::new(1))),
+            "weights between -1.7976931348623157e308 and 1.7976931348623157e308; expected a finite difference",
+        ),
+        (|l| l.targets(0..1), "`targets` without the activity of target neurons; expected `post`"),
         (|l| l.expose("theta"), "there is no `theta` to expose; expected `delta`, `weights`"),
         (|l| l.sources(1..4), "sources 1..4; expected a range that is not empty, within 0..2"),
         (|l| l.sources(1..1), "sources 1..1"),

@@ -7,13 +7,19 @@ use symbolt::neurons::{
     SelectRule,
 };
 use symbolt::sim::{
-    Constant, GraphBuilder, In, InputSpec, Module, OutputSpec, Ports, Real, RunConfig, Scope, Seed,
-    SimDuration, SimView, Simulator, Synapse, Timebase, Vector,
+    Constant, GraphBuilder, In, InputSpec, Module, OutputSpec, PointerRef, Ports, Real, RunConfig,
+    Scope, Seed, SimDuration, SimView, Simulator, Synapse, Timebase, Vector, VocabTag,
 };
 
-use symbolt::spa::Selection;
+use symbolt::prelude::*;
+use symbolt::spa::{Gate, Selection, State, VocabularyBuilder};
 
 use crate::things::{lif, rate};
+
+struct Words;
+impl VocabTag for Words {
+    const NAME: &'static str = "words";
+}
 
 /// Three products, a choice of two and a represented vector of three.
 struct All;
@@ -97,4 +103,33 @@ fn choices_whose_exact_form_is_limited_too_are_not_counted() {
     assert_eq!(counted_of(SelectRule::IndependentAccumulators { level, tau }), 0);
     assert_eq!(counted_of(SelectRule::Graded { level }), 1);
     assert_eq!(counted_of(SelectRule::WinnerTakeAll { level }), 1);
+}
+
+#[test]
+fn pointers_with_their_norm_in_one_component_are_counted_and_random_ones_are_not() {
+    let words =
+        VocabularyBuilder::<Words>::new(64, Seed::new(7)).pointers(["A"]).build().expect("drawn");
+    let mut axis = vec![0.0; 64];
+    axis[0] = 1.0;
+    for (shown, beyond) in [(words.get("A").expect("a word").values().to_vec(), 0), (axis, 2)] {
+        let mut graph = GraphBuilder::new();
+        let given = graph
+            .add("given", Constant::pointer(words.space(), &PointerRef::<Words>::from_raw(&shown)));
+        let open = graph.add("open", Constant::scalar(1.0));
+        let state = graph.add("state", State::new(&words));
+        let gate = graph.add("gate", Gate::new(&words));
+        graph.route(&given >> &state);
+        graph.route(&given >> &gate);
+        graph.route(&open >> &gate.open);
+        let mut sim = graph.start(&lif(), Seed::new(3)).expect("starts");
+        let mut saturation = Saturation::default();
+        for _ in 0..10 {
+            sim.run_for(SimDuration::from_millis(50)).expect("runs");
+            saturation.look(&SimView::of(&sim));
+        }
+        let share = |layer: &&LayerSaturation| layer.share() > 0.015;
+        let found: Vec<String> =
+            saturation.layers().filter(share).map(ToString::to_string).collect();
+        assert_eq!(found.len(), beyond, "{found:#?}");
+    }
 }

@@ -129,6 +129,27 @@ fn every_synapse_gives_what_nengo_computes() {
 }
 
 #[test]
+fn a_triangle_of_half_ticks_has_the_taps_of_the_even_number() {
+    for (length_us, tick_us, taps) in
+        [(3_500, 1_000, 5), (2_500, 1_000, 3), (2_501, 1_000, 4), (350, 100, 5)]
+    {
+        let [length, tick] = [length_us, tick_us].map(SimDuration::from_micros);
+        let filter =
+            Filter::new(Synapse::Triangle { length }, Timebase::new(tick).unwrap()).unwrap();
+        let mut state = vec![0.0; filter.state_len(1)];
+        let answers: Vec<f32> = (0..20)
+            .map(|k| filter.step(&[if k == 0 { 1.0 } else { 0.0 }], &mut state)[0])
+            .collect();
+        assert_eq!(
+            answers.iter().filter(|y| **y > 0.0).count(),
+            taps,
+            "{length_us} us: {answers:?}"
+        );
+        assert!((answers.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
 fn two_low_passes_in_series_would_be_caught() {
     let lowpass = Filter::new(Synapse::lowpass_ms(5), Timebase::default()).unwrap();
     let alpha = Filter::new(Synapse::alpha_ms(5), Timebase::default()).unwrap();

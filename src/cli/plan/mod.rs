@@ -10,6 +10,11 @@ pub(super) use self::args::PlanArgs;
 use super::end::Outcome;
 use super::output::use_threads;
 
+/// Returns what `--json` prints of a command line that could not be read, for this reason. `args` stands for it.
+pub(crate) fn unread(args: &PlanArgs, fault: &str) -> String {
+    pddl::unread(args, fault)
+}
+
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
     let out = args.out.place()?;
     use_threads(&args.common)?;

@@ -47,6 +47,11 @@ pub(super) fn plan(args: &PlanArgs, out: &Place) -> Result<Outcome, Error> {
     ended.map(|_| Outcome::Failed(fault))
 }
 
+/// The object of `--json` for a command line that could not be read.
+pub(super) fn unread(args: &PlanArgs, fault: &str) -> String {
+    summary(args, &Told::default(), None, Some(fault)).to_string()
+}
+
 /// How planning ended.
 enum End {
     /// The answer is printed, and valid if there is no fault.
@@ -96,6 +101,12 @@ fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem)
     let parse = |bytes: &[u8], name: &str| Domain::parse(bytes, name, bodies);
     let domain = first.parsed(&bytes, &[second], parse)?;
     warnings.extend(domain.warnings.iter().cloned());
+    if let Some(problem) = &args.problem
+        && found.kind == Kind::Pddl
+    {
+        let [own, other] = [&args.domain, problem].map(|path| path.display());
+        warnings.push(format!("the problem in {own} is left out: that in {other} is planned"));
+    }
     let parse = |bytes: &[u8], name: &str| Problem::parse(bytes, name, &domain);
     let problem = match &args.problem {
         Some(_) => parsed(second, Limit::PDDL, &[], parse)?,
@@ -181,14 +192,13 @@ fn planned_or_not(args: &PlanArgs, out: &Place, told: &mut Told) -> Result<End, 
         short.filter(|s| validate(&domain, &problem, grounded.steps(s.iter().copied())).is_ok());
     let answer = Answer { problem: &grounded, course: &course, cost, short };
     let proof = never.then(|| as_read(&domain, &answer.proof()));
-    let text = if args.common.json {
-        let fault = proof.as_deref().or(fault.as_deref());
-        summary(args, told, Some(&answer), fault).to_string()
-    } else {
-        answer.table(&size)
+    let fault = proof.or_else(|| fault.map(|fault| answer.failure(&spec, &fault)));
+    let text = match args.common.json {
+        true => summary(args, told, Some(&answer), fault.as_deref()).to_string(),
+        false => answer.table(&size),
     };
     out.write(&text)?;
-    Ok(End::Answered(proof.or_else(|| fault.map(|fault| answer.failure(&spec, &fault)))))
+    Ok(End::Answered(fault))
 }
 
 /// Says of a proof that no plan exists what it is about, if the actions of the domain are not what was planned with.
@@ -218,6 +228,9 @@ fn spec(args: &PlanArgs) -> Result<GoalSetSpec, Error> {
     if args.spikes && !matches!(population, Population::Lif(_)) {
         let mode = &args.planner.mode;
         bail!(BadArgument(format!("--spikes has nothing to count in mode {mode}; use --mode lif")));
+    }
+    if let Some(slots @ ..2) = args.slots {
+        bail!(GoalSetError::Slots { slots });
     }
     Ok(GoalSetSpec {
         slots: args.slots,

@@ -104,7 +104,7 @@ impl Learned {
         self
     }
 
-    /// Takes only the target neurons in a range.
+    /// Takes only the target neurons in a range. Needs [`post`](Self::post).
     pub fn targets(mut self, range: Range<usize>) -> Self {
         self.targets = Some(range);
         self
@@ -201,13 +201,17 @@ impl LearnedPorts {
     /// precision.
     ///
     /// # Errors
-    /// [`WeightsError::File`] if the file cannot be written.
+    /// [`WeightsError::File`] if the file cannot be written; [`WeightsError::AnotherGraph`] for a run of another graph, which
+    /// leaves the file as it was.
     pub fn save(
         &self,
         sim: &Simulator,
         path: &Path,
         overwrite: Overwrite,
     ) -> Result<(), WeightsError> {
+        if self.state(sim, "weights").is_none() {
+            return Err(WeightsError::AnotherGraph);
+        }
         save(&self.weights(sim), path, overwrite)
     }
 }
@@ -239,6 +243,9 @@ impl Learned {
         };
         let sources = within("sources", &self.sources, pre);
         let post = post.map(|width| (width, within("targets", &self.targets, width)));
+        if self.targets.is_some() && post.is_none() {
+            wrong.push("`targets` without the activity of target neurons; expected `post`".into());
+        }
         let targets = post.as_ref().map(|(_, range)| range.len());
         let (outputs, inputs) = (self.outputs.or(targets).unwrap_or(0), sources.len());
         let mut shape = WeightShape { outputs, inputs };

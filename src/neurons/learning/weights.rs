@@ -41,6 +41,9 @@ pub enum WeightsError {
         /// What is wrong with the archive.
         source: NpzError,
     },
+    /// Weights of a connection that the run does not have.
+    #[error("the run is of another graph than the connection; its weights were not written")]
+    AnotherGraph,
     /// A weight that is infinite or not a number.
     #[error("{}: the weight in row {row} and column {column} is {value}; expected finite numbers", file.display())]
     NotFinite {
@@ -134,6 +137,11 @@ impl Weights {
                 if !(low.is_finite() && high.is_finite() && low <= high) {
                     return Err(format!(
                         "weights between {low} and {high}; expected two finite numbers in rising order"
+                    ));
+                }
+                if !(high - low).is_finite() {
+                    return Err(format!(
+                        "weights between {low:e} and {high:e}; expected a finite difference"
                     ));
                 }
                 let mut rng = seed.derive("", "weights").rng();

@@ -42,6 +42,9 @@ pub struct AdaptiveLifRate(pub AdaptiveLif);
 /// Adaptation below which it counts as none, so that neurons come to rest.
 const NONE: Real = 1e-20;
 
+/// Greatest `inc_n`: more would soon be infinite in single precision.
+const MOST_INC: f64 = 1e15;
+
 /// How the adaptation changes in a tick.
 struct Adaptation {
     /// Share that is lost in a tick.
@@ -72,7 +75,11 @@ impl AdaptiveLif {
             let expected = format!("at most tau_n ({} s)", self.tau_n_s);
             return Err(refuse("tick", format!("{dt_s} s"), expected));
         }
-        not_negative("inc_n", self.inc_n)
+        not_negative("inc_n", self.inc_n)?;
+        match self.inc_n <= MOST_INC {
+            true => Ok(()),
+            false => Err(refuse("inc_n", self.inc_n, format!("at most {MOST_INC:e}"))),
+        }
     }
 
     /// Steps one neuron in double precision, as [`Lif::step_exactly`] does; `adaptation` starts at 0. Returns whether
@@ -101,6 +108,11 @@ impl NeuronModel for AdaptiveLif {
     fn check(&self, dt_s: f64) -> Result<(), TuningError> {
         self.lif.check(dt_s)?;
         self.check_adaptation(dt_s)
+    }
+
+    /// One spike in each tick.
+    fn most_rate(&self, dt_s: f64) -> f64 {
+        self.lif.most_rate(dt_s)
     }
 
     fn firing(&self) -> Firing {

@@ -173,6 +173,11 @@ impl NeuronModel for Lif {
     }
 
     /// Only just after a spike is more than one refractory period left.
+    /// One spike in each tick.
+    fn most_rate(&self, dt_s: f64) -> f64 {
+        1.0 / dt_s
+    }
+
     fn firing(&self) -> Firing {
         Firing::Spikes { trace: 1, above: self.tau_ref_s as Real }
     }

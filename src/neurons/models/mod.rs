@@ -51,13 +51,13 @@ macro_rules! spikes_from_rates {
     ($(#[$doc:meta])* $model:ident, $name:literal, $state:expr, $spikes:path) => {
         $(#[$doc])*
         #[derive(Debug, Clone)]
-        pub struct $model(std::sync::Arc<dyn NeuronModel>);
+        pub struct $model(super::RateOf);
 
         impl $model {
-            /// Makes neurons that fire at the rates of `model`, its [`rates`](NeuronModel::rates). Its state has no
-            /// part in it.
+            /// Makes neurons that fire at the rates of `model`, as [`RateOf`](super::RateOf) steps them. Its state has
+            /// no part in it.
             pub fn new(model: impl NeuronModel) -> Self {
-                Self(std::sync::Arc::new(model))
+                Self(super::RateOf::new(model))
             }
         }
 
@@ -82,13 +82,14 @@ macro_rules! spikes_from_rates {
 
             #[inline(always)]
             fn step(&self, block: Block<'_>) {
-                block.activity.copy_from_slice(block.currents);
-                self.0.rates_single(block.activity);
+                let Block { dt_s, currents, draws, .. } = block;
+                let activity = &mut *block.activity;
+                self.0.step(Block { dt_s, currents, state: &mut [], activity, draws });
                 $spikes(block);
             }
 
             fn fingerprint(&self, hash: &mut Fingerprint) {
-                self.0.fingerprint(hash.text(self.name()));
+                self.0.of().fingerprint(hash.text(self.name()));
             }
         }
     };
@@ -211,6 +212,13 @@ pub trait NeuronModel: fmt::Debug + Send + Sync + 'static {
     /// there is none.
     fn rest_below(&self) -> f64 {
         f64::NEG_INFINITY
+    }
+
+    /// Returns the greatest rate that neurons can show in ticks of `dt_s` seconds. Tunings with a greater rate are refused. The default,
+    /// infinity, is for neurons that may fire several times in a tick, or whose activity is a rate.
+    fn most_rate(&self, dt_s: f64) -> f64 {
+        let _ = dt_s;
+        f64::INFINITY
     }
 
     /// Returns the model that stands for this one in [`Population::Rate`](super::Population::Rate). The default,

@@ -48,9 +48,9 @@ fn drawn(mean: Real, neuron: usize, draws: &Draws) -> Real {
 #[inline(always)]
 fn spikes(block: Block<'_>) {
     let Block { dt_s, state: fired, activity, draws, .. } = block;
-    // The inverse of the distribution function, up to 4 without branches.
+    // The inverse of the distribution function, up to 4 without branches. `exp` goes no further than 87, where that is all but 0.
     for (neuron, (fired, activity)) in fired.iter_mut().zip(activity.iter()).enumerate() {
-        let (mean, uniform) = (activity.abs() * dt_s, draws.uniform(neuron, 0));
+        let (mean, uniform) = ((activity.abs() * dt_s).min(87.0), draws.uniform(neuron, 0));
         let mut term = exp(-mean);
         let (mut below, mut count) = (term, 0.0);
         for part in [1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0] {

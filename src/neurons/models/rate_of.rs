@@ -32,6 +32,11 @@ impl RateOf {
         Self { model: Arc::new(model), stepped }
     }
 
+    /// Returns the model whose rates these are.
+    pub(super) fn of(&self) -> &dyn NeuronModel {
+        &*self.model
+    }
+
     /// Returns the model that stands for `model` in rate mode.
     pub(in crate::neurons) fn form(model: &Arc<dyn NeuronModel>) -> Arc<dyn NeuronModel> {
         if model.firing() == Firing::Rates {

@@ -68,14 +68,17 @@ pub fn slots(fluents: usize) -> [usize; 2] {
 pub enum GoalSetError {
     /// The problem needs too many units.
     #[error(
-        "the planner for {fluents} fluents and {operators} operators would have {units} units, more than {MAX_UNITS}; use a smaller problem or fewer slots than {slots}"
+        "the planner for {fluents} {} and {operators} {} would have {units} units with {slots} slots, more than {MAX_UNITS}; use a smaller problem{}",
+        plural(*fluents, "fluent"),
+        plural(*operators, "operator"),
+        if *slots > LEAST_SLOTS { " or fewer slots" } else { "" }
     )]
     TooLarge {
         /// Number of fluents of the problem.
         fluents: usize,
         /// Number of its operators.
         operators: usize,
-        /// Slots that were asked for.
+        /// Slots that were asked for; 2, the fewest, if they are too many as well.
         slots: usize,
         /// Number of units.
         units: usize,
@@ -174,6 +177,13 @@ pub fn populations(population: &Population) -> Result<PopulationPlan, PatternErr
     let race = of(|usual| Tuning { per_item: 100, ..usual });
     let plan = PopulationPlan::all(unit).with("**/analog".parse()?, population.clone());
     Ok(plan.with("**/race".parse()?, race))
+}
+
+/// The fewest slots: one for the goal and one for an action.
+const LEAST_SLOTS: usize = 2;
+
+fn plural(count: usize, word: &str) -> String {
+    format!("{word}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Says of facts that they never hold together.
@@ -324,11 +334,13 @@ fn fitting(
 ) -> Result<(Directions, usize), GoalSetError> {
     let backward = check_units(problem, back);
     let forward = Progression::units(problem, ahead);
+    let least = Progression::units(problem, LEAST_SLOTS);
     match (directions, backward) {
         (Directions::Backward, backward) => Ok((directions, backward?)),
         (Directions::Both, Ok(backward)) if backward + forward <= MAX_UNITS => {
             Ok((directions, backward + forward))
         }
+        _ if least > MAX_UNITS => Err(too_large(problem, LEAST_SLOTS, least)),
         _ if forward > MAX_UNITS => Err(too_large(problem, ahead, forward)),
         _ => Ok((Directions::Forward, forward)),
     }
@@ -339,7 +351,9 @@ fn fitting(
 /// # Errors
 /// [`GoalSetError::TooLarge`] if they are more than [`MAX_UNITS`].
 pub(crate) fn check_units(problem: &Grounded, slots: usize) -> Result<usize, GoalSetError> {
+    let least = Regression::units(problem, LEAST_SLOTS);
     match Regression::units(problem, slots) {
+        _ if least > MAX_UNITS => Err(too_large(problem, LEAST_SLOTS, least)),
         units if units > MAX_UNITS => Err(too_large(problem, slots, units)),
         units => Ok(units),
     }

@@ -202,11 +202,18 @@ impl<'a> Scope<'a> {
     /// Reads an atom. Only conditions may compare objects.
     fn atom(&mut self, node: &Node, condition: bool) -> Result<Literal, PddlFault> {
         let Some(name) = node.head() else {
-            let expected = "(PREDICATE ...) or (not (PREDICATE ...))";
+            let expected = match node.list() {
+                Some([_, _, ..]) => "(and (PREDICATE ...) ...) around several",
+                _ => "(PREDICATE ...) or (not (PREDICATE ...))",
+            };
             return Err(self.source.unexpected(node, "literal", expected));
         };
         let nodes = tail(node);
         let domain = self.domain;
+        if name == "not" && domain.predicate(name).is_none() {
+            let problem = format!("`(not ...)` has {} parts", nodes.len());
+            return Err(self.source.fault(node.place, problem, "one, as (not (PREDICATE ...))"));
+        }
         let kind = condition && nodes.len() == 1 && domain.predicate(name).is_none();
         let wanted: Option<&[Typed]> = if name == EQUAL && condition {
             if nodes.len() != 2 {

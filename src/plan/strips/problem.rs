@@ -40,6 +40,7 @@ impl Problem {
         problem.objects = objects.split_off(domain.constants.len());
         let narrowed = objects.into_iter().zip(&domain.constants).filter(|(own, c)| own != *c);
         problem.objects.extend(narrowed.map(|(own, _)| own));
+        source.warn_of_repeated(sections, &[":objects", ":init"]);
         let reader = ProblemReader { source, domain, types: &types };
         for section in sections {
             reader.section(section, &mut problem)?;
@@ -99,6 +100,7 @@ impl ProblemReader<'_> {
                 for node in tail(section) {
                     self.initial(node, problem)?;
                 }
+                self.warn_of_both(tail(section), problem)?;
             }
             Some(":goal") => {
                 let [node] = tail(section) else {
@@ -148,6 +150,25 @@ impl ProblemReader<'_> {
         Ok(())
     }
 
+    /// Warns of facts that hold at first and are also said not to.
+    fn warn_of_both(&self, nodes: &[Node], problem: &Problem) -> Result<(), PddlFault> {
+        let mut denied = nodes.iter().filter(|node| node.head() == Some("not")).peekable();
+        if denied.peek().is_none() {
+            return Ok(());
+        }
+        let holds: HashSet<&Fact> = problem.init.iter().collect();
+        for node in denied {
+            if let [inner] = tail(node) {
+                let fact = self.fact(inner)?;
+                if holds.contains(&fact) {
+                    let what = format!("`{fact}` is said to hold at first and not to; it holds");
+                    self.source.warn(node.place, what);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Reads a fact of the initial state, or the value of a function. What does not hold says nothing.
     fn initial(&self, node: &Node, problem: &mut Problem) -> Result<(), PddlFault> {
         let source = self.source;
@@ -179,6 +200,11 @@ impl ProblemReader<'_> {
                     "`({uncertain} ...)` makes the initial state uncertain, and this planner needs one that is certain"
                 );
                 return Err(source.fault(node.place, problem, "facts that hold at first"));
+            }
+            (Some(compound @ ("forall" | "exists" | "imply" | "when")), _) if !known(compound) => {
+                let problem = format!("`({compound} ...)` is no fact");
+                let expected = "each fact that holds at first, one by one";
+                return Err(source.fault(node.place, problem, expected));
             }
             (Some(kind), [object])
                 if !known(kind) && self.domain.types.contains(kind) && object.word().is_some() =>

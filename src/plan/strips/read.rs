@@ -99,6 +99,9 @@ impl DomainReader<'_> {
         for section in sections.iter().filter(|section| !named(section)) {
             self.unread(section)?;
         }
+        let once =
+            [":requirements", ":types", ":constants", ":objects", ":predicates", ":functions"];
+        self.source.warn_of_repeated(sections, &once);
         let of = |name: &'static str| sections.iter().filter(move |s| s.head() == Some(name));
         of(":requirements").try_for_each(|section| self.requirements(section))?;
         self.types(sections)?;
@@ -177,11 +180,17 @@ impl DomainReader<'_> {
         for node in tail(section) {
             let word = self.source.word(node, "requirement")?;
             if self.bodies != Bodies::Skip && !REQUIREMENTS.contains(&word) {
-                let what = format!(
-                    "the requirement `{}` is ignored; what is used of it is refused",
-                    short(word)
-                );
-                self.source.warn(node.place, what);
+                let what = match word {
+                    ":fluents" | ":numeric-fluents" => {
+                        "is read in part: numbers that no condition needs changed"
+                    }
+                    _ if REQUIREMENTS.iter().any(|known| known[1..] == *word) => {
+                        "has no colon, and is read as if it had"
+                    }
+                    _ => "is ignored; what is used of it is refused",
+                };
+                let word = short(word);
+                self.source.warn(node.place, format!("the requirement `{word}` {what}"));
             }
             self.domain.requirements.push(word.to_owned());
         }

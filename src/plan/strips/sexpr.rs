@@ -145,6 +145,15 @@ impl Source<'_> {
         said.insert(what);
     }
 
+    /// Warns of sections that are there twice and are read as one.
+    pub fn warn_of_repeated(&self, sections: &[Node], names: &[&str]) {
+        for name in names {
+            if let Some(again) = sections.iter().filter(|s| s.head() == Some(*name)).nth(1) {
+                self.warn(again.place, format!("a second `({name} ...)`; both are read as one"));
+            }
+        }
+    }
+
     /// Returns the text, which may be in Latin-1 or UTF-16.
     fn decoded<'b>(&self, bytes: &'b [u8]) -> Cow<'b, str> {
         let start = Place { line: 1, column: 1 };

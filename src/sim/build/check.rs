@@ -17,7 +17,7 @@ use crate::sim::describe::port::{InputDecl, OutputDecl, PortDecl, StateSpec, is_
 use crate::sim::describe::probe_spec::Capacity;
 use crate::sim::describe::synapse::Synapse;
 use crate::sim::error::{BuildError, BuildErrors};
-use crate::sim::path::is_within;
+use crate::sim::path::{is_inside, is_within};
 use crate::sim::seed::Seed;
 use crate::sim::time::Timebase;
 use crate::sim::words::{is_plain, nearest_first};
@@ -161,13 +161,15 @@ fn freeze(
     layout::lay_out(checked).map_err(|fault| BuildErrors(vec![fault]))
 }
 
-/// Returns whether a fault is about the ports of a refused node. They are not what they would be without its own fault,
-/// which needs no second message.
+/// Returns whether a fault is about the ports of a refused node, or about what is in a refused module. They are not what they would
+/// be without its own fault, which needs no second message.
 fn follows(fault: &BuildError, refused: &[String]) -> bool {
     let of = |port: &str, node: &String| {
-        port.strip_prefix(node.as_str()).is_some_and(|rest| rest.starts_with('.'))
+        port.strip_prefix(node.as_str()).is_some_and(|rest| rest.starts_with(['.', '/']))
     };
     refused.iter().any(|refused| match fault {
+        BuildError::Refused { node, .. } => is_inside(node, refused),
+        BuildError::Lowering { path, .. } => is_inside(path, refused),
         BuildError::UnknownPort { node, .. } => is_within(refused, node),
         BuildError::WidthMismatch { from, to, .. } => of(from, refused) || of(to, refused),
         BuildError::Unfed { port, .. } => of(port, refused),

@@ -61,8 +61,11 @@ impl Filter {
                 series(first(positive(rise)?), first(positive(decay)?), time)?
             }
             Synapse::Triangle { length } => {
-                let ratio = positive(length)?.as_secs_f64() / time.dt_s();
-                Rule::Triangle(1 + few(ratio.round_ties_even() as u64)?)
+                let (length, tick) = (positive(length)?.as_micros(), time.tick().as_micros());
+                // The nearest whole number, of two the even one.
+                let (whole, rest) = (length / tick, length % tick);
+                let up = rest * 2 > tick || (rest * 2 == tick && whole % 2 == 1);
+                Rule::Triangle(1 + few(whole + u64::from(up))?)
             }
             Synapse::Delay { length } => Rule::Delay(few(time.ticks(positive(length)?)?)?),
             Synapse::Linear(filter) => linear(&filter, time)?,

@@ -101,11 +101,16 @@ impl Stimulus<Vector> {
     /// ```
     pub fn steps_ms<N: Numbers>(steps: impl IntoIterator<Item = (u64, N)>) -> Self {
         let mut stimulus = Self::vector(&vec![0.0; N::WIDTH]);
-        for (at, numbers) in steps {
+        for (place, (at, numbers)) in steps.into_iter().enumerate() {
             let mut values = vec![0.0; N::WIDTH];
             numbers.write(&mut values);
             match at {
-                0 if stimulus.course.starts.is_empty() => stimulus.course.rest = values,
+                0 if place == 0 => stimulus.course.rest = values,
+                // A second value for the start, which is a fault.
+                0 => {
+                    stimulus =
+                        stimulus.then(SimDuration::ZERO, &values).then(SimDuration::ZERO, &values)
+                }
                 _ => stimulus = stimulus.then(SimDuration::from_millis(at), &values),
             }
         }

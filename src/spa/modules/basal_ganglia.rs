@@ -6,9 +6,9 @@
 //! selection in the basal ganglia" (2010). Excitation has a synapse of 2 ms and inhibition a synapse of 8 ms.
 //! Connections from the basal ganglia to the thalamus have a synapse of 5 ms, like other connections between modules.
 
-use super::FEED_FORWARD;
 use super::linear::Linear;
 use super::maps::{Pooled, Spread};
+use super::{FEED_FORWARD, refuse_none};
 use crate::neurons::{Layers, Map};
 use crate::sim::Ports;
 use crate::sim::{
@@ -53,6 +53,7 @@ impl Module for BasalGanglia {
 
     fn expand(self, scope: &mut Scope<'_>) -> BasalGangliaPorts {
         let n = self.actions;
+        refuse_none(scope, "actions", n);
         let mut nucleus = |name: &str, from: Real| -> Ports<Vector> {
             let rectified = Map::each(n, move |x| (x - from).max(0.0)).above(from).radius(1.5);
             scope.map(name, rectified)

@@ -2,9 +2,9 @@
 //!
 //! Only the products need neurons. The delay is the synapse behind them.
 
-use super::FEED_FORWARD;
 use super::linear::Linear;
 use super::maps::{Rows, Spread};
+use super::{FEED_FORWARD, refuse_none};
 use crate::neurons::{BilinearPorts, Layers, Product};
 use crate::sim::{
     In, InputSpec, Kind, Module, Out, OutputSpec, Pointer, Real, Scalar, Scope, Space, Synapse,
@@ -197,6 +197,7 @@ impl<K: Kind> Module for Weigh<K> {
 
     fn expand(self, scope: &mut Scope<'_>) -> WeighPorts<K> {
         let Self { specs: (value, output), width, factor, synapse } = self;
+        refuse_none(scope, "components", width);
         let form = ProductForm {
             pairs: width,
             magnitude: 1.0,

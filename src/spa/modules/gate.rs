@@ -9,7 +9,7 @@ use crate::spa::vocabulary::Vocabulary;
 /// A gate: lets a pointer pass while it is open, one synapse (5 ms) later. Its input adds any number of connections.
 ///
 /// `open` is a gain, in every mode: the output is `open` times the pointer. Below 0.1 the gate is closed and its neurons
-/// are silent; a sum above 1 counts as 1. Exact, rate and spiking answers differ by at most 0.15 (`docs/agreement.md`).
+/// are silent; a sum above 1 counts as 1. Exact, rate and spiking answers to random pointers differ by at most 0.15 (`docs/agreement.md`).
 /// [`ValueGate`] is a gate for numbers and vectors.
 ///
 /// Pointers are typed by vocabulary. A gate of `Parts` takes a pointer of `Parts`:

@@ -2,7 +2,7 @@
 
 use super::gate::ValueGate;
 use super::weighted_sum::Superpose;
-use super::{FEED_FORWARD, RECURRENT};
+use super::{FEED_FORWARD, RECURRENT, refuse_none};
 use crate::neurons::{GatePorts, Layers, Represent};
 use crate::sim::{Add, Module, Pointer, Ports, Real, Scalar, Scope, Synapse, Vector, VocabTag};
 use crate::spa::flow::FlowKind;
@@ -133,6 +133,11 @@ impl<K: FlowKind> Module for GatedMemory<K> {
     type Ports = GatePorts<K>;
 
     fn expand(self, scope: &mut Scope<'_>) -> GatePorts<K> {
+        refuse_none(scope, "components", K::width(&self.shape));
+        if !(self.radius.is_finite() && self.radius > 0.0) {
+            let found = self.radius;
+            scope.refuse(format!("the radius is {found}; expected a finite number above 0"));
+        }
         let (gain, radius, split) = (self.gain(), ROOM * self.radius, self.split);
         let specs = || K::specs(&self.shape);
         let add = || Add::of(specs().0, specs().1);

@@ -1,7 +1,7 @@
 //! Integrators and oscillators: recurrent populations of numbers and vectors.
 
 use super::weighted_sum::Superpose;
-use super::{FEED_FORWARD, RECURRENT, RECURRENT_MS};
+use super::{FEED_FORWARD, RECURRENT, RECURRENT_MS, refuse_none};
 use crate::neurons::{Ensemble, Layers, Represent};
 use crate::sim::{Add, Constant, In, Module, Out, Ports, Real, Scalar, Scope, Synapse, Vector};
 use crate::spa::flow::{FlowExt, FlowKind, Routes};
@@ -70,6 +70,7 @@ impl<K: FlowKind> Module for Integrator<K> {
 
     fn expand(self, scope: &mut Scope<'_>) -> Ports<K> {
         let specs = || K::specs(&self.shape);
+        refuse_none(scope, "components", K::width(&self.shape));
         let scaled = |weight| Superpose {
             specs: specs(),
             weights: vec![weight],
@@ -96,8 +97,8 @@ impl<K: FlowKind> Module for Integrator<K> {
 /// A controlled oscillator: a point that turns on the unit circle.
 ///
 /// One ensemble represents the point and its speed, and decodes the motion (Eliasmith and Anderson 2003, section 8.5).
-/// The circle attracts: any kick ends on it within a few periods, and the amplitude stays within 15% of 1. Without a kick
-/// the point rests at the origin in direct mode; the noise of neurons is a kick.
+/// The circle attracts: a kick ends on it within a few periods, and the amplitude stays within 15% of 1. Without a kick
+/// the point rests at the origin in direct mode; the noise of neurons is a kick. A kick that lasts whole turns cancels.
 ///
 /// ```
 /// use symbolt::prelude::*;
@@ -130,12 +131,15 @@ pub struct OscillatorPorts {
 
 crate::spa::flow::flow_ports!(OscillatorPorts, output: Vector, input: Vector);
 
+/// Greatest frequency. Spikes keep the circle up to here; at 10 Hz some seeds stay at the origin.
+const MOST_HZ: Real = 8.0;
+
 /// Share of its error in radius by which the point moves to the circle in one time constant of the synapse.
 const PULL: Real = 0.4;
 
 impl Oscillator {
-    /// Makes an oscillator of `hz` turns per second, counter-clockwise. A number that is not finite is a fault when the
-    /// graph is built.
+    /// Makes an oscillator of `hz` turns per second, counter-clockwise, or clockwise below 0. More than 8 are a fault when the
+    /// graph is built: in one time constant of the recurrent synapse the point may then turn so far that spikes lose it.
     pub fn new(hz: Real) -> Self {
         Self { hz }
     }
@@ -145,10 +149,12 @@ impl Module for Oscillator {
     type Ports = OscillatorPorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> OscillatorPorts {
-        if !self.hz.is_finite() {
-            scope.refuse(format!("the frequency is {} Hz; expected a finite number", self.hz));
+        let possible = self.hz.abs() <= MOST_HZ;
+        if !possible {
+            let found = self.hz;
+            scope.refuse(format!("the frequency is {found} Hz; expected -{MOST_HZ} to {MOST_HZ}"));
         }
-        let turn = if self.hz.is_finite() { self.hz } else { 0.0 };
+        let turn = if possible { self.hz } else { 0.0 };
         let turn = std::f32::consts::TAU as Real * turn * RECURRENT_TAU_S;
         let turned = move |x: &[Real], out: &mut [Real]| {
             let keep = 1.0 + PULL * (1.0 - x[0] * x[0] - x[1] * x[1]).max(-1.0);

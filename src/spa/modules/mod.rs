@@ -42,7 +42,7 @@ pub use tape::{Tape, TapePorts};
 pub use weighted_sum::{Superpose, SuperposePorts};
 
 use crate::neurons::Represent;
-use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Space, Synapse, VocabTag};
+use crate::sim::{InputSpec, OutputSpec, Pointer, Real, Scope, Space, Synapse, VocabTag};
 
 /// Default synapse on the output of a module's populations: a low-pass of 5 ms.
 pub const FEED_FORWARD: Synapse = Synapse::lowpass_ms(5);
@@ -51,6 +51,13 @@ pub const FEED_FORWARD: Synapse = Synapse::lowpass_ms(5);
 pub const RECURRENT: Synapse = Synapse::lowpass_ms(RECURRENT_MS);
 
 const RECURRENT_MS: u64 = 100;
+
+/// Refuses a module without any of its parts, in one sentence for all nodes in it.
+fn refuse_none(scope: &mut Scope<'_>, parts: &str, count: usize) {
+    if count == 0 {
+        scope.refuse(format!("0 {parts}; expected at least one"));
+    }
+}
 
 /// Requests a population for pointers of `space` with a norm of up to `radius`.
 fn population<V: VocabTag>(space: &Space<V>, radius: Real) -> Represent {

@@ -1,6 +1,6 @@
 //! Selection among utilities by a rule.
 
-use super::FEED_FORWARD;
+use super::{FEED_FORWARD, refuse_none};
 use crate::neurons::{Layers, Select, SelectRule};
 use crate::sim::{Add, In, Module, Out, Scope, Synapse, Vector};
 
@@ -39,6 +39,7 @@ impl Module for Selection {
     type Ports = SelectionPorts;
 
     fn expand(self, scope: &mut Scope<'_>) -> SelectionPorts {
+        refuse_none(scope, "items", self.items);
         let select = scope.select("select", Select::new(self.items, self.rule));
         let items = scope.add("items", Add::vector(self.items));
         scope.connect(&select.output, &items.input, self.synapse);
