@@ -56,6 +56,49 @@ fn a_domain_and_its_problem_in_one_file_are_planned_with_their_cost() {
 }
 
 #[test]
+fn a_problem_beside_the_domain_is_not_left_out_in_silence() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| {
+        let path = format!("{}/tests/fixtures/pddl/{name}", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(path).unwrap()
+    };
+    let both = folder.path().join("both.pddl");
+    std::fs::write(&both, text("move.pddl") + &text("move_one.pddl")).unwrap();
+    let both = both.display().to_string();
+    let (code, err, json) = plan(&[&both, "move_one.pddl", "--json"]);
+    let warning = format!("the problem in {both} is left out: that in move_one.pddl is planned");
+    assert_eq!((code, err), (Some(0), format!("symbolt: warning: {warning}\n")));
+    assert_eq!(json["warnings"], serde_json::json!([warning]));
+    let (code, err, json) = plan(&[&both, "--json"]);
+    assert_eq!((code, err.as_str(), &json["warnings"]), (Some(0), "", &serde_json::json!([])));
+}
+
+#[test]
+fn options_that_cannot_be_read_or_have_no_effect_are_refused_as_json_too() {
+    let files = ["move.pddl", "move_one.pddl"];
+    let cases: [(&[&str], &str); 5] = [
+        (&["--seed", "x"], "--seed"),
+        (&["--threads", "-3"], "--threads"),
+        (&["--foo"], "unexpected argument '--foo'"),
+        (&["--slots", "1"], "a planner needs at least 2 slots"),
+        (&["--force"], "--force replaces the file of --out, which is not given"),
+    ];
+    for (options, sentence) in cases {
+        let (code, err, json) = plan(&[&files[..], options, &["--json"]].concat());
+        assert_eq!((code, err.lines().count()), (Some(2), 1), "{err}");
+        assert!(err.contains(sentence), "{err}");
+        let said = json["fault"].as_str().unwrap_or_else(|| panic!("{options:?}: {json}"));
+        assert!(err.contains(said), "{err} {said}");
+        assert_eq!((&json["valid"], &json["operators"]), (&false.into(), &Value::Null));
+        let (_, _, text) = plan(&[&files[..], options].concat());
+        assert_eq!(text, Value::String(String::new()), "{options:?}");
+    }
+    // The slots are refused before anything is read.
+    let (_, err, _) = plan(&["nowhere.pddl", "--slots", "1"]);
+    assert!(err.contains("a planner needs at least 2 slots"), "{err}");
+}
+
+#[test]
 fn durative_actions_warn_once_unless_they_are_meant_as_instant() {
     let lost = "durative actions are read as instant ones";
     let (code, err, json) = plan(&["patrol_durative.pddl", "--json"]);
@@ -120,13 +163,16 @@ fn a_planner_that_runs_out_of_time_says_how_far_it_got_and_what_to_try() {
         let (code, said, _) = plan(&[&domain, &problem, "--time", time]);
         assert_eq!(code, Some(1), "{said}");
         assert!(words.iter().all(|word| said.contains(word)), "{time}: {said}");
+        let (_, _, json) = plan(&[&domain, &problem, "--time", time, "--json"]);
+        let fault = json["fault"].as_str().unwrap();
+        assert!(words.iter().all(|word| fault.contains(word)), "{time}: {fault}");
     }
 }
 
 #[test]
 fn a_goal_that_no_state_has_is_told_from_one_that_was_not_found() {
     let proved = "the goal cannot be reached: a program looked at all states";
-    let (code, err, json) = plan(&["two_pots.pddl", "--time", "1", "--json"]);
+    let (code, err, json) = plan(&["three_pots.pddl", "--time", "1", "--json"]);
     assert_eq!(code, Some(1), "{err}");
     assert!(json["fault"].as_str().unwrap().starts_with(proved), "{json}");
     assert_eq!(json["valid"], false);
@@ -146,7 +192,7 @@ const MATCH: &str = "(define (domain match) (:requirements :durative-actions) (:
 #[test]
 fn a_goal_out_of_reach_of_instant_actions_is_not_said_to_be_out_of_reach_of_durative_ones() {
     let own = "; this holds for instant actions: what goes on at the same time was lost in reading durative ones";
-    let pots = include_str!("../fixtures/pddl/two_pots.pddl");
+    let pots = include_str!("../fixtures/pddl/three_pots.pddl");
     let lasting = pots
         .replace("(:action mix", "(:durative-action mix")
         .replace(
@@ -173,7 +219,7 @@ fn a_goal_out_of_reach_of_instant_actions_is_not_said_to_be_out_of_reach_of_dura
 
 #[test]
 fn spikes_and_goal_sets_are_counted_where_a_goal_is_proved_to_be_out_of_reach() {
-    let args = ["two_pots.pddl", "--time", "0.5", "--mode", "lif", "--spikes"];
+    let args = ["three_pots.pddl", "--time", "0.5", "--mode", "lif", "--spikes"];
     let (code, _, json) = plan(&[&args[..], &["--json"]].concat());
     assert_eq!(code, Some(1));
     let [spikes, sets] = ["spikes", "goal_sets"].map(|key| json[key].as_u64().unwrap());

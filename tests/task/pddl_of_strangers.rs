@@ -620,3 +620,40 @@ fn domains_in_the_shapes_of_public_collections_mean_what_they_say() {
         assert_eq!(same.to_string(), again[0], "{name}");
     }
 }
+
+#[test]
+fn what_is_said_twice_or_both_ways_is_warned_of() {
+    let [facts, twice] = ["(free p2))", "(free p2)) (:init (seen x))"];
+    warned(changed(NONE, [facts, twice]), "a second `(:init ...)`; both are read as one");
+    let both = "(free p2) (not (free p2)))";
+    warned(
+        changed(NONE, [facts, both]),
+        "`(free p2)` is said to hold at first and not to; it holds",
+    );
+    let [last, more] = ["(seen ?t - thing))", "(seen ?t - thing)) (:predicates (red ?t))"];
+    warned(changed([last, more], NONE), "a second `(:predicates ...)`; both are read as one");
+    let read = changed([":strips :typing", "typing"], NONE);
+    warned(read, "the requirement `typing` has no colon, and is read as if it had");
+    assert_eq!(moved(changed(NONE, [facts, "(free p2) (not (seen x)))"])), [""; 0]);
+}
+
+#[test]
+fn conditions_that_lack_a_word_are_told_what_they_lack() {
+    let needs = "(and (at ?t ?a) (free ?b))";
+    for (domain, problem, said) in [
+        ([needs, "((at ?t ?a) (free ?b))"], NONE, "no literal; expected (and (PREDICATE ...) ...)"),
+        (
+            ["(not (at ?t ?a)) (not (free ?b))", "(not (at ?t ?a) (free ?b))"],
+            NONE,
+            "`(not ...)` has 2 parts; expected one",
+        ),
+        (
+            NONE,
+            ["(free p2))", "(forall (?p - place) (free ?p)))"],
+            "`(forall ...)` is no fact; expected each fact that holds at first, one by one",
+        ),
+    ] {
+        let fault = changed(domain, problem).expect_err("refused");
+        assert!(fault.contains(said), "{fault}");
+    }
+}

@@ -7,8 +7,8 @@ mod scene;
 use anyhow::Error;
 
 pub(super) use self::args::PlanArgs;
-use super::end::Outcome;
-use super::output::use_threads;
+use super::end::{Outcome, sentence};
+use super::output::{emit, use_threads};
 
 /// Returns what `--json` prints of a command line that could not be read, for this reason. `args` stands for it.
 pub(crate) fn unread(args: &PlanArgs, fault: &str) -> String {
@@ -16,7 +16,14 @@ pub(crate) fn unread(args: &PlanArgs, fault: &str) -> String {
 }
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Error> {
-    let out = args.out.place()?;
+    let out = args.out.place();
+    if let Err(error) = &out
+        && args.common.json
+        && args.scene.is_none()
+    {
+        emit(unread(args, &sentence(error)))?;
+    }
+    let out = out?;
     use_threads(&args.common)?;
     match &args.scene {
         Some(scene) => scene::plan(args, scene, &out),

@@ -103,6 +103,7 @@ fn read(args: &PlanArgs, warnings: &mut Vec<String>) -> Result<(Domain, Problem)
     warnings.extend(domain.warnings.iter().cloned());
     if let Some(problem) = &args.problem
         && found.kind == Kind::Pddl
+        && *problem != args.domain
     {
         let [own, other] = [&args.domain, problem].map(|path| path.display());
         warnings.push(format!("the problem in {own} is left out: that in {other} is planned"));

@@ -194,7 +194,7 @@ mod tests {
     fn rules(heights: Vec<(Vec<usize>, usize)>) -> Regression {
         let mutexes = Mutexes::of(4, []);
         let (operators, bars) = (Vec::new(), Vec::new());
-        Regression { fluents: 4, operators, mutexes, bars, heights, levels: 16 }
+        Regression { fluents: 4, operators, mutexes, bars, heights, never: Vec::new(), levels: 16 }
     }
 
     #[test]

@@ -114,7 +114,7 @@ mod tests {
         let operators = operators.collect();
         let mutexes = Mutexes::of(8, []);
         let (bars, heights) = (Vec::new(), Vec::new());
-        Regression { fluents: 8, operators, mutexes, bars, heights, levels: 16 }
+        Regression { fluents: 8, operators, mutexes, bars, heights, never: Vec::new(), levels: 16 }
     }
 
     #[test]
