@@ -11,7 +11,7 @@ use super::bank::{
 };
 use super::built::Origin;
 use super::draw::{Neurons, cosine, on_sphere, part_of_pointer};
-use super::models::NeuronModel;
+use super::models::{NeuronModel, check_state};
 use super::plan::NeuronSpec;
 use super::poles;
 use super::solve::{Points, Special};
@@ -309,6 +309,7 @@ impl PopulationBuilder<'_> {
     ) -> Result<Ensembles, TuningError> {
         let NeuronSpec { model, tuning } = self.spec;
         model.check(self.dt_s)?;
+        check_state(&**model)?;
         tuning.check()?;
         if outputs.tuned {
             // A rate that is not possible fails for every seed. Draws do not reach the upper end of a range.

@@ -2,12 +2,12 @@
 
 use rand::RngExt;
 use symbolt::neurons::{
-    BuiltLayer, Encoders, Ensemble, Izhikevich, Learned, Lif, NeuronModel, NonNegative, Pes,
-    PoissonSpiking, Population, PopulationPlan, RateOf, RegularSpiking, Rls, SelectRule,
-    StochasticSpiking, Values, Voja, Weights,
+    Block, BuiltLayer, Encoders, Ensemble, Firing, Izhikevich, Learned, Lif, NeuronModel,
+    NonNegative, Pes, PoissonSpiking, Population, PopulationPlan, RateOf, RegularSpiking, Rls,
+    SelectRule, Start, StochasticSpiking, Values, Variable, Voja, Weights,
 };
 use symbolt::prelude::*;
-use symbolt::sim::{BuildError, BuildErrors, Module};
+use symbolt::sim::{BuildError, BuildErrors, Fingerprint, Module};
 use symbolt::spa::{BasalGanglia, GatedMemory, Integrator, Oscillator, Route, Selection, Weigh};
 
 fn lif() -> PopulationPlan {
@@ -388,5 +388,65 @@ fn spikes_at_the_rates_of_izhikevich_neurons_do_not_count_them_in_each_tick() {
     ] {
         assert_eq!(ticks, 10_000);
         assert!((hz / rates.1 - 1.0).abs() < 0.02, "{hz} {}", rates.1);
+    }
+}
+
+/// A model of one's own that declares what `declared` says.
+#[derive(Debug, Clone)]
+struct Own {
+    state: Vec<Variable>,
+    trace: usize,
+}
+
+impl NeuronModel for Own {
+    fn name(&self) -> &'static str {
+        "own"
+    }
+
+    fn rates(&self, currents: &mut [f64]) {
+        currents.iter_mut().for_each(|current| *current = 100.0 * current.max(0.0));
+    }
+
+    fn firing(&self) -> Firing {
+        Firing::Spikes { trace: self.trace, above: 0.0 }
+    }
+
+    fn state(&self) -> Vec<Variable> {
+        self.state.clone()
+    }
+
+    fn step(&self, block: Block<'_>) {
+        block.activity.fill(0.0);
+    }
+
+    fn fingerprint(&self, hash: &mut Fingerprint) {
+        hash.text(self.name());
+    }
+}
+
+#[test]
+fn a_model_of_ones_own_whose_state_has_no_start_or_no_trace_is_refused() {
+    let of = |name, start| Variable { name, start };
+    let refused = |state: &[Variable], trace| {
+        let mut graph = GraphBuilder::new();
+        let own = Own { state: state.to_vec(), trace };
+        let given = graph.add("given", Constant::vector(&[0.5]));
+        let cells = graph.add("cells", Ensemble::new(1).model(own).identity("x"));
+        graph.route(&given >> &cells.input);
+        graph.probe_spikes("cells");
+        let built = graph.build(Timebase::default(), &lif(), Seed::new(1));
+        built.map(|_| ()).map_err(|faults| faults.to_string())
+    };
+    let at = Start::At;
+    assert_eq!(refused(&[of("v", at(0.0)), of("u", Start::Between(0.0, 1.0))], 1), Ok(()));
+    for (state, trace, said) in [
+        (vec![of("v", at(f32::NAN))], 0, "a finite start of `v`"),
+        (vec![of("v", Start::Between(1.0, 0.0))], 0, "the lower number first"),
+        (vec![of("v", at(0.0)), of("v", at(0.0))], 0, "variables of different names"),
+        (vec![of("v", at(0.0))], 99, "the index of one of the 1 variables of the state"),
+        (vec![], 0, "the index of one of the 0 variables of the state"),
+    ] {
+        let faults = refused(&state, trace).expect_err("refused");
+        assert!(faults.contains(said), "{faults}");
     }
 }

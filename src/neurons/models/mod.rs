@@ -287,6 +287,32 @@ impl Start {
     }
 }
 
+/// Refuses a model whose state has no first value, or whose spikes are told by a variable that it does not have.
+pub(super) fn check_state(model: &dyn NeuronModel) -> Result<(), TuningError> {
+    let state = model.state();
+    for (place, Variable { name, start }) in state.iter().enumerate() {
+        if state[..place].iter().any(|other| other.name == *name) {
+            return Err(refuse("state", name, "variables of different names"));
+        }
+        let finite = match start {
+            Start::At(value) => value.is_finite(),
+            Start::Between(low, high) => low <= high && (high - low).is_finite(),
+        };
+        if !finite {
+            let expected = format!("a finite start of `{name}`, the lower number first");
+            return Err(refuse("state", format!("{start:?}"), expected));
+        }
+    }
+    match model.firing() {
+        Firing::Spikes { trace, .. } if trace >= state.len() => {
+            let expected =
+                format!("the index of one of the {} variables of the state", state.len());
+            Err(refuse("trace", trace, expected))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Neurons that are stepped together.
 #[derive(Debug)]
 #[non_exhaustive]
