@@ -56,7 +56,8 @@ pub(crate) fn make(args: &ReportArgs) -> Result<Outcome, Error> {
 
 /// Returns the place for the page. If that is the folder which the page shows, the folder is locked.
 fn place(args: &ReportArgs) -> Result<(Place, Option<ResultFolder>), Error> {
-    let named = args.out.place()?;
+    // Without `--out` the page lies in the folder that it shows, and `--force` replaces it there.
+    let named = Place::checked(args.out.out.as_deref(), args.out.force)?;
     if !matches!(named, Place::Default) {
         return Ok((named, None));
     }

@@ -523,7 +523,7 @@ fn quantifiers_and_alternatives_that_multiply_are_refused_with_their_number() {
     );
     let ways = refused("(forall (?x) (or (q ?x) (t ?x)))", "");
     assert!(
-        ways.contains("more than 2048 ways in which one condition of an action can hold"),
+        ways.contains("more than 2048 ways in which one condition of the action `a` can hold"),
         "{ways}"
     );
     let effects = refused("()", "(forall (?x) (when (q ?x) (t ?x)))");

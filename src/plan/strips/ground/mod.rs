@@ -58,9 +58,22 @@ struct TooLarge {
     most: usize,
 }
 
+/// What there are too many of, where nothing says yet of which condition.
+const WAYS: &str = "ways in which one condition can hold";
+
 impl TooLarge {
     fn new(what: &str, most: usize) -> Self {
         Self { what: what.to_owned(), most }
+    }
+
+    /// Says whose condition can hold in too many ways.
+    fn of(self, of: impl FnOnce() -> String) -> Self {
+        match self.what == WAYS {
+            true => {
+                Self { what: format!("ways in which one condition of {} can hold", of()), ..self }
+            }
+            false => self,
+        }
     }
 }
 
@@ -250,7 +263,8 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     for (formula, condition) in goal.iter().zip(&problem.conditions) {
         let name = short(&ShownCondition(condition, &[]).to_string());
         let mut bound = vec![UNBOUND; fitting.len()];
-        let found = known.conjuncts(formula, &fitting, &mut bound)?;
+        let found = known.conjuncts(formula, &fitting, &mut bound);
+        let found = found.map_err(|fault| fault.of(|| "the goal".into()))?;
         parts.extend(found.into_iter().map(|ways| (ways, name.clone())));
     }
     for (holds, fact) in &problem.goal {
@@ -265,7 +279,8 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
             of_goal.push((ground, *holds));
             continue;
         }
-        let found = known.derived_ways(ground, *holds)?;
+        let found = known.derived_ways(ground, *holds);
+        let found = found.map_err(|fault| fault.of(|| "the goal".into()))?;
         parts.push((found.to_vec(), Fluent { fact: fact.clone(), holds: *holds }.to_string()));
     }
     if let Some((_, name)) = parts.iter().find(|(ways, _)| ways.is_empty()) {

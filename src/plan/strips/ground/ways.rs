@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::lower::{Argument, Atom, Base, Fitting, Formula, Ground, UNBOUND};
-use super::{BINDINGS, MAX_TRIED, TooLarge};
+use super::{BINDINGS, MAX_TRIED, TooLarge, WAYS};
 
 /// Greatest number of ways in which one condition of an action with its objects can hold.
 pub(super) const MAX_WAYS: usize = 2_048;
@@ -482,10 +482,7 @@ impl<'b, 'a> Known<'b, 'a> {
             absorb_all(&mut ways);
         }
         if ways.len() > MAX_WAYS {
-            return Err(TooLarge::new(
-                "ways in which one condition of an action can hold",
-                MAX_WAYS,
-            ));
+            return Err(TooLarge::new(WAYS, MAX_WAYS));
         }
         Ok(ways)
     }
