@@ -49,7 +49,7 @@ fn action_rules_read_write_as_verb_and_one_as_noun() {
 fn live_search_finds_that_a_lapse_of_memory_changes_the_choice() {
     let (usual, log, choice, same) = live_search::run().expect("runs");
     assert_eq!((usual, choice, same), ("TAKE_NUT", "TAKE_BOLT", true));
-    let expected = [(60, "silence"), (80, "release")].map(|(tick, what)| {
+    let expected = [(60, "silence"), (100, "release")].map(|(tick, what)| {
         format!("{{\"tick\":{tick},\"do\":{{\"{what}\":{{\"at\":\"memory\"}}}}}}\n")
     });
     assert_eq!(log.to_string(), expected.concat());

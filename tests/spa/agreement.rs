@@ -196,7 +196,7 @@ fn pointer_modules() -> Vec<Case> {
         case(
             "State::recurrent",
             ("pointers of norm 1 for 200 ms", "on, held, another"),
-            (60, 0.8),
+            (60, 0.7),
             remembered(["A", "", "", "B", ""], 1.0),
         ),
         case(
