@@ -172,12 +172,12 @@ impl NeuronModel for Lif {
         rates_by_series((tau_ref, tau_rc), self.amplitude as f32, currents);
     }
 
-    /// Only just after a spike is more than one refractory period left.
     /// One spike in each tick.
     fn most_rate(&self, dt_s: f64) -> f64 {
         1.0 / dt_s
     }
 
+    /// Only just after a spike is more than one refractory period left.
     fn firing(&self) -> Firing {
         Firing::Spikes { trace: 1, above: self.tau_ref_s as Real }
     }

@@ -7,6 +7,7 @@
 //! | `write`, `names`, `requirements` | the printer, names that PDDL allows, and requirements of what is used |
 //! | `strata` | which derived predicates need which |
 //! | `ground` | [`Grounded`]: the fluents and operators that a problem can reach |
+//! | `sets` | sets of fluents as words of bits |
 //! | `shorten` | [`shorten`](shorten()): takes detours out of a plan |
 //! | `truth` | whether conditions hold in a state, by their meaning |
 //! | `validate` | [`validate`](validate()): carries out a plan and says where it fails |
@@ -37,6 +38,7 @@ mod pddl;
 mod problem;
 mod read;
 mod requirements;
+mod sets;
 mod sexpr;
 mod shorten;
 mod strata;
@@ -56,6 +58,7 @@ pub use pddl::{
     Action, Atom, Domain, EQUAL, Fact, Literal, OBJECT, Predicate, Problem, Term, Typed, Types,
 };
 pub use read::{Bodies, MAX_ACTIONS};
+pub(crate) use sets::{Bits, bits, contains};
 pub use sexpr::PddlFault;
 pub use shorten::shorten;
 pub use trace::{GroundAtom, Step, TraceObject, Trajectory};

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
 use super::ground::Grounded;
+use super::sets::{Bits, bits, contains};
 
 type State = BTreeSet<usize>;
 
@@ -80,19 +81,6 @@ fn eliminate(problem: &Grounded, plan: &mut Vec<usize>) {
     }
 }
 
-/// Words of a set of fluents.
-type Bits = Box<[u64]>;
-
-fn bits<'a>(fluents: impl IntoIterator<Item = &'a usize>, words: usize) -> Bits {
-    let mut set = vec![0; words];
-    fluents.into_iter().for_each(|f| set[f / 64] |= 1 << (f % 64));
-    set.into()
-}
-
-fn contains(state: &[u64], all: &[u64]) -> bool {
-    state.iter().zip(all).all(|(state, all)| state & all == *all)
-}
-
 /// States around a plan, and the operators that lead from one to another.
 struct Neighbourhood {
     numbers: HashMap<Bits, usize>,
@@ -105,14 +93,14 @@ impl Neighbourhood {
     /// Looks at what all operators lead to: from the states of the plan, then from those that are found, in this order.
     fn around(problem: &Grounded, states: &[State]) -> Self {
         let words = problem.fluents.len().div_ceil(64);
-        let of = |fluents: &[usize]| bits(fluents, words);
+        let of = |fluents: &[usize]| bits(fluents.iter().copied(), words);
         let operators = problem.operators.iter();
         let operators: Vec<[Bits; 3]> =
             operators.map(|o| [of(&o.preconditions), of(&o.deletes), of(&o.adds)]).collect();
         let (numbers, empty) = (HashMap::new(), Vec::new());
         let mut found = Self { numbers, states: Vec::new(), edges: empty };
         let own = states.len();
-        states.iter().for_each(|state| _ = found.number(bits(state, words)));
+        states.iter().for_each(|state| _ = found.number(bits(state.iter().copied(), words)));
         let most = (LOOKS / (operators.len() * words).max(1)).clamp(own, MOST_STATES);
         while found.edges.len() < found.states.len().min(most) {
             let state = found.states[found.edges.len()].clone();
@@ -164,7 +152,7 @@ impl Neighbourhood {
 /// Takes the shortest way within the neighbourhood of the plan.
 fn cut(problem: &Grounded, plan: &mut Vec<usize>) {
     let Some(states) = states(problem, plan) else { return };
-    let goal = bits(&problem.goal, problem.fluents.len().div_ceil(64));
+    let goal = bits(problem.goal.iter().copied(), problem.fluents.len().div_ceil(64));
     if let Some(way) = Neighbourhood::around(problem, &states).way(&goal)
         && way.len() < plan.len()
     {

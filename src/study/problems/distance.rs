@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::PlanningProblem;
-use crate::plan::strips::Grounded;
+use crate::plan::strips::{Bits, Grounded, bits, contains};
 
 /// How far a goal is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,19 +14,6 @@ pub enum Distance {
     Never,
     /// Not known: more states can be reached than were allowed.
     Unknown,
-}
-
-/// A set of fluents, one bit each.
-type State = Box<[u64]>;
-
-fn bits(fluents: impl IntoIterator<Item = usize>, words: usize) -> State {
-    let mut state = vec![0; words];
-    fluents.into_iter().for_each(|f| state[f / 64] |= 1 << (f % 64));
-    state.into()
-}
-
-fn contains(state: &[u64], all: &[u64]) -> bool {
-    state.iter().zip(all).all(|(state, all)| state & all == *all)
 }
 
 impl PlanningProblem {
@@ -44,7 +31,7 @@ impl PlanningProblem {
 pub fn distance(problem: &Grounded, start: &BTreeSet<usize>, most: usize) -> Distance {
     let words = problem.fluents.len().div_ceil(64);
     let of = |fluents: &[usize]| bits(fluents.iter().copied(), words);
-    let operators: Vec<[State; 3]> = problem
+    let operators: Vec<[Bits; 3]> = problem
         .operators
         .iter()
         .map(|o| [of(&o.preconditions), of(&o.deletes), of(&o.adds)])
@@ -66,7 +53,7 @@ pub fn distance(problem: &Grounded, start: &BTreeSet<usize>, most: usize) -> Dis
                     continue;
                 }
                 let changed = state.iter().zip(deletes).zip(adds);
-                let after: State = changed.map(|((s, d), a)| (s & !d) | a).collect();
+                let after: Bits = changed.map(|((s, d), a)| (s & !d) | a).collect();
                 if contains(&after, &goal) {
                     return Distance::Steps(steps);
                 }

@@ -248,7 +248,9 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         if !known_all {
             unpriced = unpriced.or(Some(call));
         }
-        of_call(&known, &schemas[call.schema], at, call, cost, &mut compiled)?;
+        let action = || format!("the action `{}`", domain.actions[call.schema].name);
+        let added = of_call(&known, &schemas[call.schema], at, call, cost, &mut compiled);
+        added.map_err(|fault| fault.of(action))?;
         if compiled.len() > MAX_GROUND {
             return Err(TooLarge::new("reachable actions", MAX_GROUND));
         }

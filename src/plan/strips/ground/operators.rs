@@ -80,18 +80,6 @@ pub(super) fn of_call(
     cost: Number,
     into: &mut Vec<Compiled>,
 ) -> Result<(), TooLarge> {
-    let action = || format!("the action `{}`", known.base.domain.actions[call.schema].name);
-    operators(known, schema, at, call, cost, into).map_err(|fault| fault.of(action))
-}
-
-fn operators(
-    known: &Known<'_, '_>,
-    schema: &Schema,
-    at: usize,
-    call: &Call,
-    cost: Number,
-    into: &mut Vec<Compiled>,
-) -> Result<(), TooLarge> {
     let variant = &schema.variants[call.variant];
     let mut bound = call.objects.to_vec();
     let mut parts = Vec::new();
