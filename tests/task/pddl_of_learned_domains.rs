@@ -19,7 +19,7 @@ use symbolt::task::domain::{
 use symbolt::task::learn::{Settings, learn};
 use symbolt::task::pddl::{WriteFault, Written, of_relational};
 
-use crate::adl::{Meaning, fluents};
+use crate::adl::{Meaning, close, fluents, of_facts};
 
 fn learned(world: &World) -> Option<RelationalDomain> {
     let recording = world.record(5, Seed::new(2));
@@ -127,12 +127,14 @@ impl Pddl {
         let wanted: BTreeSet<(usize, BTreeSet<usize>)> =
             wanted.into_iter().map(|(o, next)| (o, fluents(grounded, &next))).collect();
         let able = grounded.operators.iter().filter(|o| !o.is_hidden());
-        let able = able.filter(|o| Grounded::all_hold(&before, &o.preconditions));
+        let mut closed = before.clone();
+        close(grounded, &mut closed, |_| {});
+        let able = able.filter(|o| Grounded::all_hold(&closed, &o.preconditions));
         let found: BTreeSet<(usize, BTreeSet<usize>)> = able
             .map(|o| {
-                let mut next = before.clone();
+                let mut next = closed.clone();
                 o.apply(&mut next);
-                (operator(learned, &o.name), next)
+                (operator(learned, &o.name), of_facts(grounded, next))
             })
             .collect();
         let changing = |set: BTreeSet<(usize, BTreeSet<usize>)>| {

@@ -15,6 +15,9 @@ use crate::plan::strips::sexpr::short;
 /// Name of the facts that stand for parts of the goal with alternatives. No predicate has a blank in its name.
 const GOAL: &str = "the goal";
 
+/// Name of the facts that stand for parts of conditions.
+const PART: &str = "a condition";
+
 /// Puts the operators of a problem together.
 pub(super) struct Assembly<'k, 'b, 'a> {
     pub known: &'k Known<'b, 'a>,
@@ -22,6 +25,8 @@ pub(super) struct Assembly<'k, 'b, 'a> {
     pub calls: &'k [Call],
     pub problem: &'k Problem,
     pub compiled: Vec<Compiled>,
+    /// The ways of the parts for which facts stand, whose numbers follow those of other facts.
+    pub stood_for: Vec<Vec<Way>>,
 }
 
 impl Assembly<'_, '_, '_> {
@@ -33,6 +38,8 @@ impl Assembly<'_, '_, '_> {
     ) -> Result<Grounded, GroundFault> {
         let base = self.known.base;
         let count = self.known.facts.len();
+        // The first fact that stands for a part of the goal.
+        let first = count + self.stood_for.len();
         let mut facts: Vec<Option<&Ground>> = vec![None; count];
         for (fact, number) in &self.known.facts {
             facts[*number as usize] = Some(fact);
@@ -62,31 +69,35 @@ impl Assembly<'_, '_, '_> {
         let last = open.len() == 1 && goal.is_empty();
         // Ways that contradict the rest of the goal lead nowhere.
         let possible = |way: &&Way| join(&goal, way).is_some();
-        let alternatives: Vec<Vec<&Way>> =
-            open.iter().map(|(ways, _)| ways.iter().filter(possible).collect()).collect();
-        let mut changed: HashMap<Code, Vec<Code>> = HashMap::new();
-        for (at, ways) in alternatives.iter().enumerate() {
+        let of_goal = open.iter().map(|(ways, _)| ways.iter().filter(possible).collect());
+        let of_parts = self.stood_for.iter().map(|ways| ways.iter().collect());
+        let alternatives: Vec<Vec<&Way>> = of_parts.chain(of_goal).collect();
+        let mut changed: HashMap<Code, BTreeSet<Code>> = HashMap::new();
+        for (number, ways) in (count..).zip(&alternatives) {
             holds_first.push(false);
-            for code in ways.iter().copied().flatten().filter(|_| !last) {
-                changed.entry(code ^ 1).or_default().push(2 * (count + at) as u32 + 1);
+            let ends = number < first || !last;
+            for code in ways.iter().copied().flatten().filter(|_| ends) {
+                changed.entry(code ^ 1).or_default().insert(2 * number as u32 + 1);
             }
         }
         for operator in &mut self.compiled {
-            let ends = operator.effects.iter().filter_map(|code| changed.get(code));
-            let mut ends: Vec<Code> = ends.flatten().copied().collect();
-            ends.sort_unstable();
-            ends.dedup();
+            let mut ends = BTreeSet::new();
+            let mut effects = operator.effects.clone();
+            while let Some(code) = effects.pop() {
+                let more = changed.get(&code).into_iter().flatten();
+                effects.extend(more.filter(|end| ends.insert(**end)));
+            }
             operator.effects.extend(ends);
         }
-        for (at, ways) in alternatives.iter().enumerate() {
-            let effects = vec![2 * (count + at) as u32];
+        for (number, ways) in (count..).zip(&alternatives) {
+            let effects = vec![2 * number as u32];
             for way in ways {
                 let (call, cost) = (None, Number::default());
                 let (needs, effects) = ((*way).clone(), effects.clone());
                 self.compiled.push(Compiled { call, needs, effects, cost });
             }
         }
-        goal.extend((0..open.len()).map(|at| 2 * (count + at) as u32));
+        goal.extend((first..first + open.len()).map(|number| 2 * number as u32));
         goal.sort_unstable();
         goal.dedup();
         let reached = operators::with_negation(&mut self.compiled, &holds_first);
@@ -106,9 +117,13 @@ impl Assembly<'_, '_, '_> {
         }
         let fact = |number: usize| match facts.get(number).copied().flatten() {
             Some(fact) => base.fact(fact),
+            None if number < first => {
+                let arguments = vec![(number - count + 1).to_string()];
+                Fact { predicate: PART.to_owned(), arguments }
+            }
             None if open.len() == 1 => Fact { predicate: GOAL.to_owned(), arguments: Vec::new() },
             None => {
-                let arguments = vec![(number - count + 1).to_string()];
+                let arguments = vec![(number - first + 1).to_string()];
                 Fact { predicate: GOAL.to_owned(), arguments }
             }
         };
@@ -132,8 +147,8 @@ impl Assembly<'_, '_, '_> {
                     wanted.insert(place);
                 }
                 None if holds_first[number] == holds => {}
-                _ if number >= count => {
-                    let (_, fluent) = open[number - count];
+                _ if number >= first => {
+                    let (_, fluent) = open[number - first];
                     let why = "no state that the actions can reach meets it".to_owned();
                     let problem = self.problem.name.clone();
                     return Err(GroundFault::Unreachable { problem, fluent: short(fluent), why });

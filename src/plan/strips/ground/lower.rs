@@ -109,13 +109,15 @@ pub(super) struct Base<'a> {
     /// Whether some action changes each predicate.
     pub changing: Vec<bool>,
     pub derived: Vec<bool>,
+    /// Whether reached facts choose the objects that must exist.
+    pub joins: bool,
     /// Facts of the initial state.
     pub start: HashSet<Ground>,
     numbers: HashMap<(&'a str, Vec<u32>), Number>,
 }
 
 impl<'a> Base<'a> {
-    pub fn new(domain: &'a Domain, problem: &'a Problem) -> Self {
+    pub fn new(domain: &'a Domain, problem: &'a Problem, joins: bool) -> Self {
         let objects = problem.all_objects(domain);
         let numbered = objects.iter().zip(0..);
         let positions = numbered.map(|(object, at)| (object.name.as_str(), at)).collect();
@@ -128,6 +130,7 @@ impl<'a> Base<'a> {
             predicates,
             changing: vec![false; domain.predicates.len()],
             derived: vec![false; domain.predicates.len()],
+            joins,
             start: HashSet::new(),
             numbers: HashMap::new(),
         };

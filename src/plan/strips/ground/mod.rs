@@ -6,8 +6,9 @@
 //!
 //! Quantifiers stand for all objects of their types, and derived predicates for the conditions that derive them, in as many
 //! rounds as they take if they need themselves. A condition that can be met in several ways, or an effect whose condition is
-//! not certain, makes several operators of one action with its objects. A part of the goal that can be met in several ways
-//! becomes a fact that hidden operators make true, and operators that change what it is about make false.
+//! not certain, makes several operators of one action with its objects. Where there are too many, facts stand for parts of the condition.
+//! A part of the goal that can be met in several ways becomes such a fact as well. Hidden operators make it true, and operators
+//! that change what it is about make it false.
 //!
 //! | file | contents |
 //! |---|---|
@@ -15,6 +16,7 @@
 //! | `schema` | actions by number, with the ways to join their conditions |
 //! | `reach` | the calls of actions that can be reached, by joins |
 //! | `ways` | the sets of facts in each of which a condition holds |
+//! | `stand_ins` | facts that stand for parts of conditions which hold in too many ways |
 //! | `operators` | the operators of a call |
 //! | `assembly` | fluents and operators from the operators of all calls |
 
@@ -23,6 +25,7 @@ mod lower;
 mod operators;
 mod reach;
 mod schema;
+mod stand_ins;
 mod ways;
 
 use std::collections::{BTreeSet, HashMap};
@@ -41,7 +44,7 @@ use lower::{Base, Fitting, Formula, Ground, Lower, UNBOUND};
 use operators::{Compiled, of_call};
 use reach::Reach;
 use schema::{Schema, check_choices};
-use ways::{Known, Part, Rule};
+use ways::{Known, MAX_WAYS, Part, Rule};
 
 /// Greatest number of reachable facts, and of reachable operators.
 const MAX_GROUND: usize = 200_000;
@@ -58,6 +61,13 @@ struct TooLarge {
     most: usize,
 }
 
+/// Greatest number of ways of a condition that are written out, and of a derived fact that may need itself, unless another is
+/// given. What leads over others is longer, and soon comes in far more ways.
+const WRITTEN_WAYS: [usize; 2] = [300, 64];
+
+/// What there are too many of, where actions have too many choices of objects.
+const CALLS: &str = "reachable actions";
+
 /// What there are too many of, where nothing says yet of which condition.
 const WAYS: &str = "ways in which one condition can hold";
 
@@ -66,9 +76,14 @@ impl TooLarge {
         Self { what: what.to_owned(), most }
     }
 
+    /// Returns whether a condition holds in too many ways.
+    fn is_of_ways(&self) -> bool {
+        self.what == WAYS
+    }
+
     /// Says whose condition can hold in too many ways.
     fn of(self, of: impl FnOnce() -> String) -> Self {
-        match self.what == WAYS {
+        match self.is_of_ways() {
             true => {
                 Self { what: format!("ways in which one condition of {} can hold", of()), ..self }
             }
@@ -183,7 +198,31 @@ impl Grounded {
     /// of objects for the quantifiers of a condition, 2,048 ways in which a condition can hold, or 2,048 operators of an action
     /// with its objects; [`GroundFault::Unreachable`] for a goal that no plan achieves because no reachable action does.
     pub fn new(domain: &Domain, problem: &Problem) -> Result<Self, GroundFault> {
-        match compile(domain, problem) {
+        Self::written(domain, problem, WRITTEN_WAYS)
+    }
+
+    /// Grounds a problem like [`Self::new`], with at most so many ways of a condition written out, up to 2,048. If there are more,
+    /// facts stand for its parts. Hidden operators make these facts true, and operators that change what a part is about make them
+    /// false.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn with_most_ways(
+        domain: &Domain,
+        problem: &Problem,
+        most: usize,
+    ) -> Result<Self, GroundFault> {
+        Self::written(domain, problem, [most.min(MAX_WAYS); 2])
+    }
+
+    fn written(domain: &Domain, problem: &Problem, most: [usize; 2]) -> Result<Self, GroundFault> {
+        let joined = compile(domain, problem, most, true);
+        // One call for each choice of objects that must exist may be too many, where one condition can say them all.
+        let compiled = match joined {
+            Err(fault) if fault.what == CALLS => compile(domain, problem, most, false),
+            joined => joined,
+        };
+        match compiled {
             Ok(grounded) => grounded,
             Err(TooLarge { what, most }) => {
                 Err(GroundFault::TooLarge { problem: problem.name.clone(), what, most })
@@ -203,9 +242,15 @@ impl Grounded {
     }
 }
 
-/// Compiles a problem. The outer error is for its size, the inner for a goal that cannot be reached.
-fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, GroundFault>, TooLarge> {
-    let base = Base::new(domain, problem);
+/// Compiles a problem. Objects that must exist are chosen with those of an action if it `joins` them. The outer error is for its
+/// size, the inner for a goal that cannot be reached.
+fn compile(
+    domain: &Domain,
+    problem: &Problem,
+    [most_ways, most_recursive]: [usize; 2],
+    joins: bool,
+) -> Result<Result<Grounded, GroundFault>, TooLarge> {
+    let base = Base::new(domain, problem, joins);
     let mut cache: HashMap<Vec<String>, Rc<Fitting>> = HashMap::new();
     let matters = matters(domain, problem);
     let mut schemas = Vec::new();
@@ -214,6 +259,8 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         schemas.push(Schema::new(action, lower, &matters)?);
     }
     let mut known = Known::new(&base);
+    known.most_ways.set(most_ways);
+    known.most_recursive = most_recursive;
     let strata = Strata::new(&domain.derived);
     for rule in &domain.derived {
         let mut lower = Lower::new(&base, &mut cache, &rule.parameters);
@@ -249,10 +296,11 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
             unpriced = unpriced.or(Some(call));
         }
         let action = || format!("the action `{}`", domain.actions[call.schema].name);
-        let added = of_call(&known, &schemas[call.schema], at, call, cost, &mut compiled);
+        let schema = &schemas[call.schema];
+        let added = known.abridged(|| of_call(&known, schema, at, call, cost, &mut compiled));
         added.map_err(|fault| fault.of(action))?;
         if compiled.len() > MAX_GROUND {
-            return Err(TooLarge::new("reachable actions", MAX_GROUND));
+            return Err(TooLarge::new(CALLS, MAX_GROUND));
         }
     }
     let mut of_goal: Vec<(Ground, bool)> = Vec::new();
@@ -264,8 +312,8 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
     };
     for (formula, condition) in goal.iter().zip(&problem.conditions) {
         let name = short(&ShownCondition(condition, &[]).to_string());
-        let mut bound = vec![UNBOUND; fitting.len()];
-        let found = known.conjuncts(formula, &fitting, &mut bound);
+        let found = known
+            .abridged(|| known.conjuncts(formula, &fitting, &mut vec![UNBOUND; fitting.len()]));
         let found = found.map_err(|fault| fault.of(|| "the goal".into()))?;
         parts.extend(found.into_iter().map(|ways| (ways, name.clone())));
     }
@@ -281,7 +329,7 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
             of_goal.push((ground, *holds));
             continue;
         }
-        let found = known.derived_ways(ground, *holds);
+        let found = known.abridged(|| known.derived_ways(ground.clone(), *holds));
         let found = found.map_err(|fault| fault.of(|| "the goal".into()))?;
         parts.push((found.to_vec(), Fluent { fact: fact.clone(), holds: *holds }.to_string()));
     }
@@ -292,11 +340,13 @@ fn compile(domain: &Domain, problem: &Problem) -> Result<Result<Grounded, Ground
         Ok(parts) => parts,
         Err(name) => return Ok(Err(unreachable(&name, "it contradicts another part of the goal"))),
     };
-    if compiled.len() + parts.iter().map(|(ways, _)| ways.len()).sum::<usize>() > MAX_GROUND {
-        return Err(TooLarge::new("reachable actions, and ways to meet the goal", MAX_GROUND));
+    let stood_for = known.parts_stood_for();
+    let ways = parts.iter().map(|(ways, _)| ways).chain(&stood_for);
+    if compiled.len() + ways.map(Vec::len).sum::<usize>() > MAX_GROUND {
+        return Err(TooLarge::new("reachable actions, and ways to meet conditions", MAX_GROUND));
     }
     let mut assembly =
-        Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled };
+        Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled, stood_for };
     let mut grounded = assembly.grounded(of_goal, &parts);
     if let (Ok(grounded), Some(call)) = (&mut grounded, unpriced) {
         grounded.warnings.push(format!(

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use super::lower::{Argument, Atom, Ground, UNBOUND};
 use super::schema::{Schema, Variant};
 use super::ways::Known;
-use super::{MAX_GROUND, TooLarge};
+use super::{CALLS, MAX_GROUND, TooLarge};
 
 /// An action with objects: the positions of its schema and variant, and the objects of all slots.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -123,7 +123,7 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
                 self.fresh(&mut join, first)?;
                 found.extend(join.found.into_iter().filter(|call| !calls.contains(call)));
                 if calls.len() + found.len() > MAX_GROUND {
-                    return Err(TooLarge::new("reachable actions", MAX_GROUND));
+                    return Err(TooLarge::new(CALLS, MAX_GROUND));
                 }
             }
             old = now;
@@ -257,7 +257,7 @@ impl<'s, 'b, 'a> Reach<'s, 'b, 'a> {
                 let objects = join.bound.as_slice().into();
                 join.found.insert(Call { schema: join.schema, objects, variant: join.at });
                 if join.found.len() > MAX_GROUND {
-                    return Err(TooLarge::new("reachable actions", MAX_GROUND));
+                    return Err(TooLarge::new(CALLS, MAX_GROUND));
                 }
             }
             Some(free) => {

@@ -49,7 +49,7 @@ fn joined(formula: &Formula, base: &Base<'_>) -> bool {
         Formula::Fact(atom, holds) => *holds && !base.derived[atom.predicate as usize],
         Formula::All(parts) => parts.iter().any(|part| joined(part, base)),
         Formula::Any(parts) => parts.iter().all(|part| joined(part, base)),
-        Formula::Each { all, inner, .. } => !all && joined(inner, base),
+        Formula::Each { all, inner, .. } => !all && base.joins && joined(inner, base),
         Formula::Same(..) | Formula::Compare(..) => false,
     }
 }
@@ -106,7 +106,7 @@ impl Variant {
                 }
                 self.checks.push(formula.clone());
             }
-            Formula::Each { all: false, slots, inner } if joined(inner, base) => {
+            Formula::Each { all: false, slots, inner } if base.joins && joined(inner, base) => {
                 self.slots.extend(slots);
                 return self.split(inner, base);
             }

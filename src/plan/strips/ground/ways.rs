@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::lower::{Argument, Atom, Base, Fitting, Formula, Ground, UNBOUND};
+use super::stand_ins::StandIns;
 use super::{BINDINGS, MAX_TRIED, TooLarge, WAYS};
 
 /// Greatest number of ways in which one condition of an action with its objects can hold.
@@ -31,7 +32,7 @@ pub(super) struct Rule {
 }
 
 /// A derived fact, and whether it holds.
-type Derivation = (Ground, bool);
+pub(super) type Derivation = (Ground, bool);
 
 /// The ways in which derived facts hold, or do not.
 type DerivedWays = HashMap<Derivation, Rc<Vec<Way>>>;
@@ -68,6 +69,11 @@ pub(super) struct Known<'b, 'a> {
     /// The stratum of each predicate that needs itself.
     pub recursive: HashMap<u32, usize>,
     pub tried: Cell<usize>,
+    /// Greatest number of ways that are written out now.
+    pub most_ways: Cell<usize>,
+    /// Greatest number of ways of a derived fact that may need itself, if another fact can stand for it.
+    pub most_recursive: usize,
+    pub stand_ins: StandIns,
     derived: RefCell<DerivedWays>,
     /// What is being derived, the lowest stratum last.
     rounds: RefCell<Vec<Round>>,
@@ -139,6 +145,9 @@ impl<'b, 'a> Known<'b, 'a> {
             rules: HashMap::new(),
             recursive: HashMap::new(),
             tried: Cell::new(0),
+            most_ways: Cell::new(MAX_WAYS),
+            most_recursive: MAX_WAYS,
+            stand_ins: StandIns::default(),
             derived: RefCell::default(),
             rounds: RefCell::default(),
         }
@@ -280,7 +289,7 @@ impl<'b, 'a> Known<'b, 'a> {
                 let mut found: Vec<Way> = Vec::new();
                 self.each(slots, fitting, (inner, false), bound, &mut |bound| {
                     found.extend(self.ways(inner, fitting, bound)?);
-                    if found.len() > 4 * MAX_WAYS {
+                    if found.len() > 4 * self.most_ways.get() {
                         found = self.few(std::mem::take(&mut found))?;
                     }
                     Ok(())
@@ -389,6 +398,9 @@ impl<'b, 'a> Known<'b, 'a> {
             return Ok(Rc::clone(known));
         }
         if let Some(stratum) = self.recursive.get(&key.0.0) {
+            if holds && self.abridges() {
+                return Ok(Rc::new(vec![vec![self.for_derived(&key)]]));
+            }
             return self.recursive_ways(key, *stratum);
         }
         let ways = Rc::new(self.ways_by_rules(&key)?);
@@ -442,6 +454,9 @@ impl<'b, 'a> Known<'b, 'a> {
         // Ways around a circle are wider than others, and there are more of them in each round.
         self.steps(ways.len() * ways.len() / 64)?;
         absorb_all(&mut ways);
+        if key.1 && self.complete && !self.stand_ins.used() && ways.len() > self.most_recursive {
+            return Err(TooLarge::new(WAYS, self.most_recursive));
+        }
         let mut rounds = self.rounds.borrow_mut();
         let Some(round) = rounds.last_mut() else { return Ok(false) };
         let known = round.ways.get_mut(&key).filter(|known| ***known != ways);
@@ -452,7 +467,7 @@ impl<'b, 'a> Known<'b, 'a> {
     }
 
     /// Returns the ways of a derivation by its rules.
-    fn ways_by_rules(&self, (fact, holds): &Derivation) -> Result<Vec<Way>, TooLarge> {
+    pub fn ways_by_rules(&self, (fact, holds): &Derivation) -> Result<Vec<Way>, TooLarge> {
         let mut parts = Vec::new();
         for rule in self.rules.get(&fact.0).into_iter().flatten() {
             let fits = |(object, fitting): (&u32, &Rc<Fitting>)| fitting.fits[*object as usize];
@@ -473,15 +488,21 @@ impl<'b, 'a> Known<'b, 'a> {
         }
     }
 
+    /// Returns whether facts stand for parts of conditions now. What is derived in rounds has other ways in the next one.
+    fn abridges(&self) -> bool {
+        self.stand_ins.used() && self.rounds.borrow().is_empty()
+    }
+
     /// Refuses too many ways.
     fn few(&self, mut ways: Vec<Way>) -> Result<Vec<Way>, TooLarge> {
         self.steps(ways.len())?;
         absorb(&mut ways);
-        if ways.len() > MAX_WAYS && ways.len() <= 8 * MAX_WAYS {
+        let most = self.most_ways.get();
+        if ways.len() > most && ways.len() <= 8 * most {
             self.steps(ways.len() * ways.len() / 64)?;
             absorb_all(&mut ways);
         }
-        if ways.len() > MAX_WAYS {
+        if ways.len() > most {
             return Err(TooLarge::new(WAYS, MAX_WAYS));
         }
         Ok(ways)
@@ -499,20 +520,32 @@ impl<'b, 'a> Known<'b, 'a> {
         if certain.windows(2).any(|pair| pair[0] ^ 1 == pair[1]) {
             return Ok(Vec::new());
         }
-        let mut ways = vec![certain.clone()];
+        let mut open = Vec::new();
         for mut factor in factors {
             self.steps(factor.len() * (certain.len() / 16 + 1))?;
             factor.retain(|way| join(&certain, way).is_some());
-            if factor.iter().any(|way| within(way, &certain)) {
-                continue;
+            if factor.is_empty() {
+                return Ok(Vec::new());
             }
+            if !factor.iter().any(|way| within(way, &certain)) {
+                open.push(factor);
+            }
+        }
+        if open.len() > 1 && self.abridges() {
+            certain.extend(open.into_iter().map(|factor| self.for_ways(factor)));
+            certain.sort_unstable();
+            certain.dedup();
+            return Ok(vec![certain]);
+        }
+        let mut ways = vec![certain];
+        for factor in open {
             let mut next = Vec::new();
             for way in &ways {
                 for other in &factor {
                     next.extend(join(way, other));
                 }
                 self.steps(factor.len() * (way.len() / 16 + 1))?;
-                if next.len() > 8 * MAX_WAYS {
+                if next.len() > 8 * self.most_ways.get() {
                     next = self.few(next)?;
                 }
             }
