@@ -9,7 +9,7 @@ function failuresOf(episode) {
     return lost === undefined ? act.came : act.came.replace("dropped", `dropped at ${seconds(lost, 1)}`);
   };
   const found = episode.acts.filter((act) => act.action && !act.well && act.outcome !== "not begun").map((act) => ({
-    time: act.until, title: `${capital(act.words)}: ${came(act)}`, text: missedBy(episode, act) || landedOrTried(act),
+    time: act.until, lost: act.outcome === "dropped" ? episode.lostAt(act) : undefined, title: `${capital(act.words)}: ${came(act)}`, text: missedBy(episode, act) || landedOrTried(act),
   }));
   const { end } = episode;
   if (end && (end.ended !== "GoalMet" || !end.assembled)) {
@@ -66,11 +66,13 @@ function positionAt({ t, poses, parts, count }, index, time) {
 function showFailures(section, episode, replay, seek) {
   const found = failuresOf(episode);
   section.hidden = found.length === 0;
-  const cards = found.map(({ time, title, text: known }) => {
-    const go = make("button", `Go to ${seconds(time)}`);
+  const cards = found.map(({ time, lost, title, text: known }) => {
+    // A second before what was dropped fell.
+    const from = lost === undefined ? time : Math.max(lost - 1, 0);
+    const go = make("button", `Go to ${seconds(from)}`);
     go.type = "button";
-    go.setAttribute("aria-label", `Go to ${seconds(time)}: ${title}`);
-    go.addEventListener("click", () => seek(time));
+    go.setAttribute("aria-label", `Go to ${seconds(from)}: ${title}`);
+    go.addEventListener("click", () => seek(from));
     const text = make("div", null, make("h3", title), ...(known ? [make("p", capital(known))] : []), go);
     const card = make("li", null, ...(replay ? [picture(replay, time, title)] : []), text);
     return card;

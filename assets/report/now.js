@@ -17,7 +17,8 @@ function nowEntries(episode, time, goalWords) {
     add("Now", `deciding, for ${((time - act.asked) * 1000).toFixed(0)} of ${act.took.toFixed(0)} ms`);
   } else if (act.action) {
     const over = time >= act.until - 1e-6 ? `, ${act.came}` : "";
-    add("Now", `doing: ${act.words}${over}`);
+    const lost = act.outcome === "dropped" ? episode.lostAt(act) : undefined;
+    add("Now", lost !== undefined && time >= lost && !over ? `dropped what it carried: ${act.words}` : `doing: ${act.words}${over}`);
     if (act.recovery) add("Why so", act.recovery);
   } else {
     add("Now", index === episode.acts.length - 1 ? `done: ${episode.outcome()}` : "looking again: it found no way");

@@ -93,7 +93,7 @@ function settingsOf(value, key = "") {
 const FIGURES = {
   assembled: "episodes solved",
   minimum_steps: "episodes solved in the fewest possible steps",
-  least_steps: "fewest possible steps",
+  least_steps: "fewest possible steps without help",
   false_goals: "goals wrongly taken as met",
   unclaimed: "solved, but not taken as met",
   unsolved: "neither solved nor taken as met",
@@ -132,7 +132,7 @@ function figuresTable(summary) {
       return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
     }
     if (name === "recoveries") {
-      const times = Object.entries(value ?? {}).map(([kind, count]) => `${recoveryOf(kind, "a part")}, ${plural(count, "time")}`);
+      const times = Object.entries(value ?? {}).map(([kind, count]) => `${recoveryOf(kind, kind === "part" ? "another part" : "a part")}, ${plural(count, "time")}`);
       return [FIGURES[name], times.length ? times.join("; ") : "nothing"];
     }
     if (name === "displaced" && Array.isArray(value)) {

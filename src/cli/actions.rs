@@ -51,7 +51,7 @@ pub(crate) fn actions(args: &ActionsArgs) -> Result<Outcome, Error> {
         });
         lines.collect::<Vec<_>>().join("\n")
     } else {
-        let mut grid = Grid::new(&["action", "target m", "still open"]);
+        let mut grid = Grid::new(&["action", "target m", "not yet true"]);
         for m in &moves {
             let mut row = vec![words(&domain, m, &names)];
             row.push(position(&problem.target(m, &layout)));

@@ -181,7 +181,7 @@ fn plan_says_which_object_onto_what_and_the_target_pose() {
     assert_ne!(onto[0], onto[1], "a cup beside each plate");
 
     let text = ok(folder.path(), &["plan", "domain.json", "--scene", "scene.json"]);
-    for part in ["put cup ", " beside plate ", "Whole plan, then the goal is met"] {
+    for part in ["put cup ", " beside plate ", "Whole plan, until the goal is met"] {
         assert!(text.replace("\n       ", " ").contains(part), "{part} in {text}");
     }
     // One plate is enough for a goal that the user names.

@@ -89,9 +89,12 @@ fn cycles(plan: &PopulationPlan, seed: Seed) -> Result<(), String> {
     // The first state is shown for longer.
     let times: Vec<f64> = switches.iter().skip(1).map(|(time, _)| 1e3 * time).collect();
     let steps: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]).round()).collect();
-    match steps.iter().all(|step| (28.0..=37.0).contains(step)) {
+    // In spikes a step takes 31 ms, with a standard deviation of 2: of 841 steps over 60 seeds one took 27 ms, none less. What is
+    // late in one step is early in the next, so the mean of a run is known to half a millisecond.
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    match (29.5..=32.5).contains(&mean) && steps.iter().all(|step| (25.0..=37.0).contains(step)) {
         true => Ok(()),
-        false => Err(format!("{steps:.0?} ms")),
+        false => Err(format!("{mean:.1} ms in the mean of {steps:.0?} ms")),
     }
 }
 

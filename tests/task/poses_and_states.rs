@@ -173,7 +173,7 @@ fn a_tenth_at_each_end_is_dropped() {
 #[test]
 fn an_offset_is_said_in_words() {
     let said = |off_m: f64, high_m: f64, degrees: f64| {
-        Offset { off_m, high_m, off_rad: degrees.to_radians() }.in_words()
+        Offset { off_m, high_m, off_rad: degrees.to_radians(), turned: false }.in_words()
     };
     assert_eq!(said(2.6e-3, 2.6e-3, 10.0), "2.6 mm too high and tilted by 10 degrees");
     assert_eq!(said(5e-3, -4e-3, 20.0), "4.0 mm too low, 3.0 mm aside and tilted by 20 degrees");

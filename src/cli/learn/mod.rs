@@ -238,6 +238,7 @@ fn reason(why: Failure) -> &'static str {
     match why {
         Failure::NothingMoved => "nothing moved",
         Failure::PartLost => "the part was lost",
+        Failure::StartUnknown => "it began in no learned state",
         Failure::NothingNew => "it led to no new state",
         Failure::Detour => "it was a detour that other demonstrations avoided",
         Failure::Undone => "the part returned to an earlier state",

@@ -239,8 +239,8 @@ impl Shown<'_> {
                 let ms = format!("{:.0}", step.decision.time_ms);
                 grid.row([(index + 1).to_string(), step.words.clone(), ms]);
             }
-            let end = end_text(&self.plan.end);
-            let title = format!("Whole plan, then {end}:");
+            let then = if self.plan.end == SceneEnd::Met { "until" } else { "then" };
+            let title = format!("Whole plan, {then} {}:", end_text(&self.plan.end));
             let _ = writeln!(text, "{}\n\n{grid}", wrapped(&title, 0));
         }
         let dropped = self.dropped();

@@ -211,7 +211,7 @@ impl Figures<'_> {
         if !tally.recoveries.is_empty() {
             let mut grid = Grid::new(&["recovery", "why", ">times"]);
             for ((kind, why), times) in &tally.reasons {
-                grid.row([kind.clone(), why.clone(), times.to_string()]);
+                grid.row([recovery_in_words(kind), why.clone(), times.to_string()]);
             }
             let _ = writeln!(text, "{grid}");
         }
@@ -271,7 +271,7 @@ impl Figures<'_> {
             (interval, format!("{} to {}", percent(low), percent(high))),
             (
                 "in the fewest possible steps",
-                format!("{} ({} steps)", tally.minimum_steps, self.least),
+                format!("{} of {} ({} steps)", tally.minimum_steps, tally.episodes, self.least),
             ),
             ("goals wrongly taken as met", tally.false_goals.to_string()),
             ("assembled, but not taken as met", tally.unclaimed.to_string()),
@@ -317,6 +317,23 @@ impl Figures<'_> {
 const DECISION_MS: &str = "ms: simulated time from the look at the scene to the answer, in whole steps of the physics. \
                            `symbolt\u{a0}plan` prints a little more: there the planner gets the goal together with \
                            the scene, and here before it.";
+
+/// Returns what a kind of recovery does, by its name in files.
+fn recovery_in_words(kind: &str) -> String {
+    let words = match kind {
+        "again" => "the same part again",
+        "part" => "another part instead",
+        "grasp" => "another grasp",
+        "place" => "another place",
+        "order" => "another part first",
+        "regrasp" => "put down and taken anew",
+        "reseat" => "taken out",
+        "clear" => "moved out of the way",
+        "push" => "pushed",
+        other => other,
+    };
+    words.to_owned()
+}
 
 /// Returns what the executor changed after failures in an episode and why, one sentence for each change.
 fn recoveries(report: &EpisodeReport) -> String {

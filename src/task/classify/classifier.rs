@@ -109,6 +109,8 @@ pub struct Classifier {
     rule: ClassifierRule,
     /// The vertical coordinate of the world frame, if some state shows it.
     pub(super) up: Option<usize>,
+    /// Frames with the coordinate that looks vertical there, for words alone.
+    heights: Vec<(Frame, usize)>,
     priors: Directions,
     /// For each state, place and coordinate, the difference from the nearest place that differs in this coordinate alone, in
     /// metres.
@@ -150,6 +152,7 @@ impl Classifier {
             level: domain.level.clone(),
             rule: ClassifierRule::default(),
             up: up_axis(domain.states.iter().flat_map(agreements)),
+            heights: heights(&domain.states),
             priors: priors(&domain.states),
             gaps: gaps(&domain.states),
         }
@@ -242,9 +245,11 @@ impl Classifier {
                 let frame = reference.map(|r| &scene.objects[r].pose);
                 let pose = frame.map_or(object.pose, |frame| relative(frame, &object.pose));
                 for (p, place) in state.places.iter().enumerate() {
-                    let up = self.vertical(frame).or_else(|| upright(state, place));
+                    let vertical = self.vertical(frame);
+                    let up = vertical.or_else(|| upright(state, place));
+                    let shown = vertical.or_else(|| self.height(&state.frame)).or(up);
                     let (mut distance, density, offset) =
-                        self.compare((state, place, &self.gaps[s][p]), &pose, up);
+                        self.compare((state, place, &self.gaps[s][p]), &pose, up, shown);
                     if let ClassifierRule::Nearest { p } = self.rule {
                         distance = p_distance(&place.pose().position, &pose.position, p);
                     }
@@ -318,6 +323,12 @@ impl Classifier {
         Some(frame.map_or(up, |frame| frame.rotation().inverse() * up))
     }
 
+    /// Returns the direction in a frame that looks vertical there.
+    fn height(&self, frame: &Frame) -> Option<Vector3<f64>> {
+        let (_, axis) = self.heights.iter().find(|(own, _)| own == frame)?;
+        Some(Vector3::ith(*axis, 1.0))
+    }
+
     /// Returns the standard deviation in metres with which coordinate `i` is compared. `up` is the vertical, if it is
     /// known.
     fn spread(
@@ -373,12 +384,14 @@ impl Classifier {
         (PLAY.tilt_rad.powi(2) + own + self.noise_rad.powi(2)).sqrt()
     }
 
-    /// Returns the distance in standard deviations, the log density and the offset.
+    /// Returns the distance in standard deviations, the log density and the offset. `up` is what an object stands along, or the axis
+    /// about which it may be turned; `vertical` is the vertical, if it is known.
     fn compare(
         &self,
         (state, place, gaps): (&FrameState, &Place, &[f64; 3]),
         pose: &Pose,
         up: Option<Vector3<f64>>,
+        vertical: Option<Vector3<f64>>,
     ) -> (f64, f64, Offset) {
         let (mut squares, mut density) = (0.0, 0.0);
         let mut tight = Vec::new();
@@ -433,10 +446,10 @@ impl Classifier {
             let zeros = vec![0.0; tight.len()];
             let distance = p_distance(&tight, &zeros, PAPER_EXPONENT);
             let density = -distance * distance / 2.0 - 3.0 * FLOOR.0.ln() - 20.0;
-            return (distance, density, Offset::of(&deviation, up.as_ref(), 0.0));
+            return (distance, density, Offset::of(&deviation, vertical.as_ref(), 0.0));
         }
         let mean = Pose { position: pose.position, orientation: place.orientation };
-        let mut off_rad = 0.0;
+        let (mut off_rad, mut turned) = (0.0, false);
         if state.turn_matters
             && let Some((angle, sd)) = state.turn.deviation(&mean, pose)
         {
@@ -454,9 +467,15 @@ impl Classifier {
             let angle = fixed.map_or(0.0, |fixed| tilt(&fixed, &mean, pose));
             let z = angle / self.tilt_spread(state, place);
             squares += z * z;
+            // What lies leans in no direction when it is turned on the spot.
+            let lies = |(axis, vertical): (Vector3<f64>, Vector3<f64>)| {
+                axis.dot(&vertical).abs() < 0.5 * axis.norm()
+            };
+            turned = angle >= off_rad && fixed.zip(vertical).is_some_and(lies);
             off_rad = off_rad.max(angle);
         }
-        (squares.sqrt(), density, Offset::of(&deviation, up.as_ref(), off_rad))
+        let offset = Offset::of(&deviation, vertical.as_ref(), off_rad);
+        (squares.sqrt(), density, Offset { turned, ..offset })
     }
 }
 
@@ -501,6 +520,35 @@ fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>> {
         Turn::Full { .. } => Vector3::z(),
     };
     Some(place.pose().rotation() * axis)
+}
+
+/// How many times more exactly the heights of a place agree than its other coordinates. Sideways, hands and clearances differ.
+const STEADY: f64 = 10.0;
+
+/// Returns frames with the coordinate in which all places that show one agree most exactly.
+fn heights(states: &[FrameState]) -> Vec<(Frame, usize)> {
+    let steady = |place: &Place| {
+        let sds: Option<Vec<f64>> = place
+            .coordinates
+            .iter()
+            .map(|c| match *c {
+                Coordinate::Tight { sd, .. } => Some(sd),
+                Coordinate::Open { .. } => None,
+            })
+            .collect();
+        let sds = sds.filter(|_| place.count > 2)?;
+        (0..3).find(|i| (0..3).all(|j| j == *i || sds[*i] * STEADY <= sds[j]))
+    };
+    let mut found: Vec<(Frame, Option<usize>)> = Vec::new();
+    for (frame, axis) in states.iter().flat_map(|state| {
+        state.places.iter().filter_map(|place| Some((&state.frame, steady(place)?)))
+    }) {
+        match found.iter_mut().find(|(own, _)| own == frame) {
+            Some((_, known)) => *known = known.filter(|known| *known == axis),
+            None => found.push((frame.clone(), Some(axis))),
+        }
+    }
+    found.into_iter().filter_map(|(frame, axis)| Some((frame, axis?))).collect()
 }
 
 /// Returns, for each place on a table, the coordinates in which its objects agree.

@@ -161,6 +161,9 @@ pub struct Offset {
     pub high_m: f64,
     /// Tilt, or the angle by which the orientation differs if the state constrains it otherwise, in radians.
     pub off_rad: f64,
+    /// Whether the angle is one on the spot, of something that lies, and no tilt.
+    #[serde(skip)]
+    pub turned: bool,
 }
 
 /// Length by which an angle is turned into a distance to find the nearest place, in metres: the size of a part.
@@ -172,7 +175,7 @@ impl Offset {
     /// Returns the offset of a deviation from a place.
     pub(crate) fn of(deviation: &Vector3<f64>, up: Option<&Vector3<f64>>, off_rad: f64) -> Self {
         let high_m = up.map_or(0.0, |up| deviation.dot(up));
-        Self { off_m: deviation.norm(), high_m, off_rad }
+        Self { off_m: deviation.norm(), high_m, off_rad, turned: false }
     }
 
     /// Returns position and angle as one distance, in metres.
@@ -193,7 +196,8 @@ impl Offset {
             parts.push(format!("{} aside", millimetres(aside_m)));
         }
         if self.off_rad >= SAID.2 {
-            parts.push(format!("tilted by {:.0} degrees", self.off_rad.to_degrees()));
+            let way = if self.turned { "turned" } else { "tilted" };
+            parts.push(format!("{way} by {:.0} degrees", self.off_rad.to_degrees()));
         }
         match parts.pop() {
             None => format!("{} off", millimetres(self.off_m)),

@@ -235,7 +235,10 @@ impl Displaced {
             if degrees < 1.0 {
                 String::new()
             } else {
-                format!(" and turned it by {degrees} degrees")
+                format!(
+                    " and turned it by {degrees} degree{}",
+                    if degrees == 1.0 { "" } else { "s" }
+                )
             }
         };
         let what = match &to {

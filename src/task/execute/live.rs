@@ -6,7 +6,7 @@ use super::EpisodeSpec;
 use super::cell::Cell;
 use super::log::Log;
 use super::model::TaskModel;
-use super::recovery::attempts::{Attempts, near};
+use super::recovery::attempts::{Attempts, Meddled, near};
 use super::recovery::plight::Wanted;
 use crate::robot::Pose;
 use crate::sim::{Real, Seed};
@@ -150,9 +150,13 @@ impl Live {
         let seen = self.cell.look();
         let belief = tools.model.look(&seen, &mut self.memory);
         let (sensed, memory) = (self.cell.sensed(), self.memory.as_ref());
+        let mut shift = None;
         let meddled = self.attempts.unsettled().and_then(|attempt| {
             let target = attempt.what.reference.as_deref().and_then(|id| memory?.pose(id));
             attempt.meddled = attempt.meddled(sensed.part(attempt.what.part).as_ref(), target);
+            if attempt.meddled == Some(Meddled::Target) {
+                shift = attempt.target.zip(target.copied());
+            }
             attempt.meddled
         });
         if let (Some(decided), Some(layout)) = (self.log.decisions.last_mut(), memory)
@@ -162,7 +166,7 @@ impl Live {
         {
             let chosen = decided.chosen.as_ref();
             decided.landed =
-                chosen.and_then(|own| tools.model.landed(own, layout, &self.homes, meddled));
+                chosen.and_then(|own| tools.model.landed(own, layout, &self.homes, meddled, shift));
         }
         self.attempts.settle(|attempt| match attempt.detour {
             true => sensed.part(attempt.what.part).is_some_and(|pose| !near(&pose, &attempt.start)),

@@ -11,7 +11,7 @@ use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
 use crate::task::classify::{Classifier, Layout};
 use crate::task::compile::{GroundProblem, Move, Problem, TargetPose, UNSEEN_M, assumed, is_loose};
-use crate::task::domain::{Fact, RelationalDomain, Situation, Turn};
+use crate::task::domain::{Fact, RelationalDomain, Situation, Turn, relative};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState, Landed, Undecided};
 use crate::task::planner::Decider;
@@ -295,13 +295,14 @@ impl TaskModel {
     }
 
     /// Returns where the part of a move is; `None` if it is not known. `homes` are the poses in which the parts were first seen;
-    /// `meddled` is what moved meanwhile.
+    /// `meddled` is what moved meanwhile, and `shift` where the reference was and is, if it moved.
     pub fn landed(
         &self,
         chosen: &Chosen,
         layout: &Layout,
         homes: &[Option<Pose>],
         meddled: Option<Meddled>,
+        shift: Option<(Pose, Pose)>,
     ) -> Option<Landed> {
         let own = layout.objects.iter().position(|object| *object.id == *chosen.object)?;
         let (pose, located) = (&layout.objects[own].pose, layout.located.get(own)?);
@@ -324,8 +325,11 @@ impl TaskModel {
             words = format!("{words}; {}", meddled.text());
         }
         let seen = located.fact.is_some() || located.miss.is_some();
-        let off_m = pose.position.iter().zip(&chosen.target.position);
-        let off_m = off_m.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let target = match shift {
+            Some((was, is)) => is.after(&relative(&was, &chosen.target)),
+            None => chosen.target,
+        };
+        let off_m = target.distance(pose);
         Some(Landed {
             as_planned,
             state: located.fact.map(|fact| self.domain.states[fact.state].name.clone()),

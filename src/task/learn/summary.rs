@@ -24,6 +24,8 @@ pub enum Failure {
     NothingMoved,
     /// The manipulated object was lost.
     PartLost,
+    /// The object began in no state.
+    StartUnknown,
     /// The object ended in a state that already held before the attempt, or in no state.
     NothingNew,
     /// The object ended in a detour: a place where objects seldom stay, and which they bypass at least as often as they

@@ -302,14 +302,17 @@ impl RelationalDomain {
         }
     }
 
-    /// Returns what has to be filled before a place in words, with places counted from 1, such as `place 2 of BOOK_ON_SHELF: after
-    /// place 1 of BOOK_ON_SHELF`.
+    /// Returns what has to be filled before a place in words, with places counted from 1, such as `of the places where a book is on
+    /// the shelf, place 2 comes after place 1`.
     pub fn order_in_words(&self, operator: &RelationalOperator, before: &Before) -> String {
-        let place = |(state, place): &(usize, usize)| {
-            format!("place {} of {}", place + 1, self.states[*state].name)
+        let own = self.state_in_words(operator.to);
+        let place = |(state, place): &(usize, usize)| match *state == operator.to {
+            true => format!("place {}", place + 1),
+            false => format!("place {} where {}", place + 1, self.state_in_words(*state)),
         };
         let one_of: Vec<String> = before.one_of.iter().map(place).collect();
-        format!("{}: after {}", place(&(operator.to, before.place)), one_of.join(" or "))
+        let place = before.place + 1;
+        format!("of the places where {own}, place {place} comes after {}", one_of.join(" or "))
     }
 
     /// Returns a condition before an action in words, such as `at least 4 chairs are at the table`.

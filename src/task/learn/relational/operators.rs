@@ -103,8 +103,8 @@ fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<In
     else {
         return Err(Failure::PartLost);
     };
-    let label = |rest: usize| found.labels[rest].ok_or(Failure::NothingNew);
-    let (from, to) = (label(before)?, label(after)?);
+    let from = found.labels[before].ok_or(Failure::StartUnknown)?;
+    let to = found.labels[after].ok_or(Failure::NothingNew)?;
     if from.state == to.state && from.reference == to.reference {
         return Err(Failure::NothingNew);
     }
