@@ -22,6 +22,9 @@ pub(super) struct Fault {
 
 type Checked = Result<(), Fault>;
 
+/// Greatest coordinate of a place, in metres. No arm reaches farther, and scenes are drawn in vain for long.
+const FAR_M: f64 = 100.0;
+
 /// Returns a fault unless `fine`.
 fn demand(
     fine: bool,
@@ -153,6 +156,11 @@ impl TaskFile {
             self.check_relation(relation, &at)?;
         }
         self.check_orders()?;
+        let [low, high] = self.table.rim;
+        let inside = |i: usize| low[i] < high[i] && low[i] > -10.0 && high[i] < 10.0;
+        let expected =
+            "the lower inner corner first, at most 100 m from the origin along each axis";
+        demand((0..2).all(inside), "table.rim", self.table.rim, expected)?;
         let corners = self.aside;
         let fine = (0..2).all(|i| corners[0][i] <= corners[1][i])
             && corners.into_iter().any(reaches_table);
@@ -450,8 +458,9 @@ fn check_grasp(grasp: &GraspData, stroke: [f64; 2], at: &str) -> Checked {
 }
 
 fn check_place(place: &Place, orientation: Orientation, at: &str) -> Checked {
-    let fine = place.position.iter().all(|v| v.is_finite());
-    demand(fine, format!("{at}.position"), place.position, "three numbers")?;
+    let fine = place.position.iter().all(|v| v.abs() <= FAR_M);
+    let expected = "three numbers, at most 100 m from the origin along each axis";
+    demand(fine, format!("{at}.position"), place.position, expected)?;
     is_direction(format!("{at}.z_axis"), place.z_axis)?;
     is_direction(format!("{at}.x_axis"), place.x_axis)?;
     if orientation == Orientation::Full {
