@@ -611,6 +611,71 @@ fn four_of_six_bolts_in_any_of_six_holes_are_planned() {
 }
 
 #[test]
+fn roads_that_forty_cars_share_are_derived_once() {
+    // Deriving anew for each car what holds in too many ways took more than 50 million steps.
+    let names = |letter: char, count: usize| {
+        (0..count).map(|i| format!("{letter}{i} ")).collect::<String>()
+    };
+    let starts: String = (0..40).map(|i| format!("(at k{i} o0)")).collect();
+    let (domain, problem) = parse(
+        "(define (domain d) (:types t c) (:predicates (l ?v0 ?v1 - t) (reach ?v0 ?v1 - t) (at ?v0 - c ?v1 - t))
+        (:derived (reach ?x ?y - t) (or (l ?x ?y) (exists (?z - t) (and (l ?x ?z) (reach ?z ?y)))))
+        (:action mk :parameters (?x ?y - t) :effect (l ?x ?y))
+        (:action rm :parameters (?x ?y - t) :precondition (l ?x ?y) :effect (not (l ?x ?y)))
+        (:action go :parameters (?k - c ?x ?y - t) :precondition (and (at ?k ?x) (reach ?x ?y))
+          :effect (and (not (at ?k ?x)) (at ?k ?y))))",
+        &format!(
+            "(define (problem p) (:domain d) (:objects {} - t {} - c) (:init {starts}) (:goal (at k0 o3)))",
+            names('o', 16),
+            names('k', 40)
+        ),
+    );
+    let grounded = Grounded::new(&domain, &problem).unwrap();
+    // Each car goes from each place to each other, or to where it is, which changes nothing.
+    assert_eq!(
+        grounded.operators.iter().filter(|o| o.name.starts_with("(go")).count(),
+        40 * 16 * 15
+    );
+}
+
+#[test]
+fn a_goal_with_hundreds_of_ways_beside_one_that_others_settle_is_grounded() {
+    let objects: String = (0..20).map(|i| format!("o{i} ")).collect();
+    let (domain, problem) = parse(
+        "(define (domain d) (:predicates (p ?x) (q) (z))
+        (:action setp :parameters (?x) :effect (and (p ?x) (not (z))))
+        (:action clr :parameters (?x) :precondition (p ?x) :effect (not (p ?x)))
+        (:action doq :precondition (not (z)) :effect (q))
+        (:action unq :effect (and (not (q)) (z)))
+        (:action unz :precondition (z) :effect (not (z))))",
+        &format!(
+            "(define (problem p) (:domain d) (:objects {objects}) (:init (z)) (:goal (and (forall (?c) (imply (p ?c) (not (z))))
+            (forall (?c) (imply (= ?c o1) (not (z)))) (or (z) (q))
+            (exists (?a ?b) (and (not (= ?a ?b)) (p ?a) (or (p ?b) (not (p ?b))) (not (p ?b)))))))"
+        ),
+    );
+    assert!(Grounded::new(&domain, &problem).is_ok());
+}
+
+#[test]
+fn a_goal_that_is_out_of_reach_is_named_as_it_is_written() {
+    let (domain, problem) = parse(
+        "(define (domain d) (:predicates (l ?v0 ?v1) (reach ?v0 ?v1) (z) (w))
+        (:derived (reach ?x ?y) (or (and (w) (not (z)) (l ?x ?y)) (exists (?z) (and (l ?x ?z) (reach ?z ?y)))))
+        (:action mk :parameters (?x ?y) :effect (l ?x ?y))
+        (:action mkw :precondition (not (z)) :effect (w))
+        (:action mkz :effect (z))
+        (:action unz :precondition (w) :effect (not (z))))",
+        "(define (problem p) (:domain d) (:objects o0 o1 o2 o3 o4 o5) (:init (z)) (:goal (reach o0 o3)))",
+    );
+    let fault = Grounded::new(&domain, &problem).unwrap_err().to_string();
+    assert!(
+        fault.contains("the goal (reach o0 o3) of the problem `p` cannot be reached"),
+        "{fault}"
+    );
+}
+
+#[test]
 fn quantifiers_and_alternatives_that_multiply_are_refused_with_their_number() {
     let objects: String = (0..1000).map(|i| format!("o{i} ")).collect();
     let refused = |condition: &str, effect: &str| {

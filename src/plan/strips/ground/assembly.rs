@@ -18,6 +18,19 @@ const GOAL: &str = "the goal";
 /// Name of the facts that stand for parts of conditions.
 const PART: &str = "a condition";
 
+/// Greatest number of facts that stand for parts and that operators end, over all operators.
+const MAX_ENDS: usize = 10_000_000;
+
+/// Returns what ends with a change, by way of what ends with that.
+fn closure(change: Code, changed: &HashMap<Code, BTreeSet<Code>>) -> BTreeSet<Code> {
+    let (mut ends, mut open) = (BTreeSet::new(), vec![change]);
+    while let Some(code) = open.pop() {
+        let more = changed.get(&code).into_iter().flatten();
+        open.extend(more.filter(|end| ends.insert(**end)));
+    }
+    ends
+}
+
 /// Puts the operators of a problem together.
 pub(super) struct Assembly<'k, 'b, 'a> {
     pub known: &'k Known<'b, 'a>,
@@ -27,6 +40,8 @@ pub(super) struct Assembly<'k, 'b, 'a> {
     pub compiled: Vec<Compiled>,
     /// The ways of the parts for which facts stand, whose numbers follow those of other facts.
     pub stood_for: Vec<Vec<Way>>,
+    /// Parts of the goal that hold in one way, and what they are called.
+    pub named: Vec<(Way, String)>,
 }
 
 impl Assembly<'_, '_, '_> {
@@ -80,12 +95,20 @@ impl Assembly<'_, '_, '_> {
                 changed.entry(code ^ 1).or_default().insert(2 * number as u32 + 1);
             }
         }
+        // What ends with each change, by way of other facts that stand for parts.
+        let mut known: HashMap<Code, BTreeSet<Code>> = HashMap::new();
+        let mut written = 0;
         for operator in &mut self.compiled {
-            let mut ends = BTreeSet::new();
-            let mut effects = operator.effects.clone();
-            while let Some(code) = effects.pop() {
-                let more = changed.get(&code).into_iter().flatten();
-                effects.extend(more.filter(|end| ends.insert(**end)));
+            let mut ends: BTreeSet<Code> = BTreeSet::new();
+            for effect in operator.effects.iter().filter(|code| changed.contains_key(code)) {
+                let all = known.entry(*effect).or_insert_with(|| closure(*effect, &changed));
+                ends.extend(&*all);
+            }
+            written += ends.len();
+            if written > MAX_ENDS {
+                let what = "changes that end what stands for a part of a condition".to_owned();
+                let problem = self.problem.name.clone();
+                return Err(GroundFault::TooLarge { problem, what, most: MAX_ENDS });
             }
             operator.effects.extend(ends);
         }
@@ -152,6 +175,13 @@ impl Assembly<'_, '_, '_> {
                     let why = "no state that the actions can reach meets it".to_owned();
                     let problem = self.problem.name.clone();
                     return Err(GroundFault::Unreachable { problem, fluent: short(fluent), why });
+                }
+                _ if number >= count => {
+                    let own = self.named.iter().find(|(way, _)| way.contains(code));
+                    let fluent = own.map_or_else(String::new, |(_, name)| short(name));
+                    let why = "no state that the actions can reach meets it".to_owned();
+                    let problem = self.problem.name.clone();
+                    return Err(GroundFault::Unreachable { problem, fluent, why });
                 }
                 _ => return Err(self.unreachable(&fact(number), holds)),
             }

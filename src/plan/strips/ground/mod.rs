@@ -68,6 +68,9 @@ const WRITTEN_WAYS: [usize; 2] = [300, 64];
 /// What there are too many of, where actions have too many choices of objects.
 const CALLS: &str = "reachable actions";
 
+/// What there are too many of, where effects with conditions double the operators of an action.
+const OPERATORS: &str = "operators of one action";
+
 /// What there are too many of, where nothing says yet of which condition.
 const WAYS: &str = "ways in which one condition can hold";
 
@@ -76,14 +79,14 @@ impl TooLarge {
         Self { what: what.to_owned(), most }
     }
 
-    /// Returns whether a condition holds in too many ways.
+    /// Returns whether a condition holds in too many ways, or makes too many operators.
     fn is_of_ways(&self) -> bool {
-        self.what == WAYS
+        self.what == WAYS || self.what.starts_with(OPERATORS)
     }
 
     /// Says whose condition can hold in too many ways.
     fn of(self, of: impl FnOnce() -> String) -> Self {
-        match self.is_of_ways() {
+        match self.what == WAYS {
             true => {
                 Self { what: format!("ways in which one condition of {} can hold", of()), ..self }
             }
@@ -336,7 +339,13 @@ fn compile(
     if let Some((_, name)) = parts.iter().find(|(ways, _)| ways.is_empty()) {
         return Ok(Err(unreachable(name, "it holds in no state that the actions can reach")));
     }
-    let parts = match known.parts(parts)? {
+    let whole = |(ways, name): &Part| match ways.as_slice() {
+        [way] => Some((way.clone(), name.clone())),
+        _ => None,
+    };
+    let named = parts.iter().filter_map(whole).collect();
+    known.most_ways.set(MAX_WAYS);
+    let parts = match known.parts(parts).map_err(|fault| fault.of(|| "the goal".into()))? {
         Ok(parts) => parts,
         Err(name) => return Ok(Err(unreachable(&name, "it contradicts another part of the goal"))),
     };
@@ -345,8 +354,15 @@ fn compile(
     if compiled.len() + ways.map(Vec::len).sum::<usize>() > MAX_GROUND {
         return Err(TooLarge::new("reachable actions, and ways to meet conditions", MAX_GROUND));
     }
-    let mut assembly =
-        Assembly { known: &known, schemas: &schemas, calls: &calls, problem, compiled, stood_for };
+    let mut assembly = Assembly {
+        known: &known,
+        schemas: &schemas,
+        calls: &calls,
+        problem,
+        compiled,
+        stood_for,
+        named,
+    };
     let mut grounded = assembly.grounded(of_goal, &parts);
     if let (Ok(grounded), Some(call)) = (&mut grounded, unpriced) {
         grounded.warnings.push(format!(

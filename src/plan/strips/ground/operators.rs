@@ -2,11 +2,10 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::GroundOperator;
-use super::TooLarge;
 use super::reach::Call;
 use super::schema::Schema;
 use super::ways::{Code, Known, Way, absorb, join, within};
+use super::{GroundOperator, OPERATORS, TooLarge};
 use crate::plan::strips::formula::Number;
 
 /// Greatest number of operators of one action with its objects.
@@ -119,7 +118,7 @@ pub(super) fn of_call(
         if open.len() > MAX_OPERATORS {
             let action = &known.base.domain.actions[call.schema].name;
             let what = format!(
-                "operators of one action: `{action}` has {} effects whose conditions are not certain, each of which doubles them",
+                "{OPERATORS}: `{action}` has {} effects whose conditions are not certain, each of which doubles them",
                 groups.len()
             );
             return Err(TooLarge { what, most: MAX_OPERATORS });

@@ -46,7 +46,8 @@ impl StandIns {
 }
 
 impl Known<'_, '_> {
-    /// Returns what `find` finds. If a condition holds in too many ways, it is asked again, and facts stand for its parts.
+    /// Returns what `find` finds. If a condition holds in too many ways, or makes too many operators, it is asked again, and facts
+    /// stand for its parts.
     pub fn abridged<T>(
         &self,
         mut find: impl FnMut() -> Result<T, TooLarge>,
@@ -58,7 +59,8 @@ impl Known<'_, '_> {
                 let found = find().and_then(|found| self.derive().map(|()| found));
                 self.stand_ins.used.set(false);
                 self.most_ways.set(most);
-                found
+                // What stays too large says what it is too large by first.
+                found.map_err(|second| if second.is_of_ways() { fault } else { second })
             }
             found => found,
         }

@@ -1,7 +1,7 @@
 //! The ways in which a condition can hold: sets of facts that hold or do not, each of which suffices.
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use super::lower::{Argument, Atom, Base, Fitting, Formula, Ground, UNBOUND};
@@ -74,6 +74,8 @@ pub(super) struct Known<'b, 'a> {
     /// Greatest number of ways of a derived fact that may need itself, if another fact can stand for it.
     pub most_recursive: usize,
     pub stand_ins: StandIns,
+    /// Predicates that need themselves and hold in too many ways.
+    too_wide: RefCell<HashSet<u32>>,
     derived: RefCell<DerivedWays>,
     /// What is being derived, the lowest stratum last.
     rounds: RefCell<Vec<Round>>,
@@ -148,6 +150,7 @@ impl<'b, 'a> Known<'b, 'a> {
             most_ways: Cell::new(MAX_WAYS),
             most_recursive: MAX_WAYS,
             stand_ins: StandIns::default(),
+            too_wide: RefCell::default(),
             derived: RefCell::default(),
             rounds: RefCell::default(),
         }
@@ -401,6 +404,9 @@ impl<'b, 'a> Known<'b, 'a> {
             if holds && self.abridges() {
                 return Ok(Rc::new(vec![vec![self.for_derived(&key)]]));
             }
+            if holds && !self.stand_ins.used() && self.too_wide.borrow().contains(&key.0.0) {
+                return Err(TooLarge::new(WAYS, self.most_recursive));
+            }
             return self.recursive_ways(key, *stratum);
         }
         let ways = Rc::new(self.ways_by_rules(&key)?);
@@ -455,6 +461,7 @@ impl<'b, 'a> Known<'b, 'a> {
         self.steps(ways.len() * ways.len() / 64)?;
         absorb_all(&mut ways);
         if key.1 && self.complete && !self.stand_ins.used() && ways.len() > self.most_recursive {
+            self.too_wide.borrow_mut().insert(key.0.0);
             return Err(TooLarge::new(WAYS, self.most_recursive));
         }
         let mut rounds = self.rounds.borrow_mut();
