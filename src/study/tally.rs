@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::robot::SkillOutcome;
 use crate::study::statistics::Rate;
-use crate::task::event::{Ended, EpisodeReport};
+use crate::task::event::{Ended, EpisodeReport, RecoveryKind};
 
 /// Counts and measurements over several episodes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,7 +35,7 @@ pub struct Tally {
     pub lost: usize,
     /// Number of recoveries by their kind.
     pub recoveries: BTreeMap<String, usize>,
-    /// Number of recoveries by their kind and reason. The reasons name kinds of objects instead of objects.
+    /// Number of recoveries by what they do, in words, and their reason. The reasons name kinds of objects instead of objects.
     pub reasons: BTreeMap<(String, String), usize>,
     /// Number of perturbed episodes.
     pub perturbed: usize,
@@ -74,7 +74,11 @@ impl Tally {
             tally.lost += episode.lost.len();
             for recovery in episode.recoveries() {
                 let kind = recovery.kind.name().to_owned();
-                let reason = (kind.clone(), without_numbers(&recovery.why));
+                let object = match recovery.kind {
+                    RecoveryKind::Part => "another part",
+                    _ => "a part",
+                };
+                let reason = (recovery.kind.describe(object), without_numbers(&recovery.why));
                 *tally.recoveries.entry(kind).or_default() += 1;
                 *tally.reasons.entry(reason).or_default() += 1;
             }

@@ -210,8 +210,8 @@ impl Figures<'_> {
         text.push('\n');
         if !tally.recoveries.is_empty() {
             let mut grid = Grid::new(&["recovery", "why", ">times"]);
-            for ((kind, why), times) in &tally.reasons {
-                grid.row([recovery_in_words(kind), why.clone(), times.to_string()]);
+            for ((does, why), times) in &tally.reasons {
+                grid.row([does.clone(), why.clone(), times.to_string()]);
             }
             let _ = writeln!(text, "{grid}");
         }
@@ -317,23 +317,6 @@ impl Figures<'_> {
 const DECISION_MS: &str = "ms: simulated time from the look at the scene to the answer, in whole steps of the physics. \
                            `symbolt\u{a0}plan` prints a little more: there the planner gets the goal together with \
                            the scene, and here before it.";
-
-/// Returns what a kind of recovery does, by its name in files.
-fn recovery_in_words(kind: &str) -> String {
-    let words = match kind {
-        "again" => "the same part again",
-        "part" => "another part instead",
-        "grasp" => "another grasp",
-        "place" => "another place",
-        "order" => "another part first",
-        "regrasp" => "put down and taken anew",
-        "reseat" => "taken out",
-        "clear" => "moved out of the way",
-        "push" => "pushed",
-        other => other,
-    };
-    words.to_owned()
-}
 
 /// Returns what the executor changed after failures in an episode and why, one sentence for each change.
 fn recoveries(report: &EpisodeReport) -> String {

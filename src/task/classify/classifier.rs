@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::layout::{Layout, Located, Miss};
-use super::tolerance::{
-    Directions, Offset, PLAY, Pool, between, predictive, tilt, up_axis, widening,
-};
+use super::places::{agreements, gaps, heights, priors, rests, tumbled, upright, widest};
+use super::tolerance::{Directions, Offset, PLAY, between, predictive, tilt, up_axis, widening};
 use crate::robot::Pose;
 use crate::task::domain::distance::{PAPER_EXPONENT, check_exponent, p_distance};
 use crate::task::domain::{
@@ -121,12 +120,12 @@ pub struct Classifier {
 /// tells states apart, in radians.
 const PRIOR: (f64, f64) = (3e-3, 0.06);
 /// Standard deviation of a place in which objects were found, if it was seen once, in metres.
-const FOUND_M: f64 = 1e-2;
-const FLOOR: (f64, f64) = (1e-3, 0.02);
+pub(super) const FOUND_M: f64 = 1e-2;
+pub(super) const FLOOR: (f64, f64) = (1e-3, 0.02);
 /// Share of an area beside an object by which a pose may lie beyond its end, and standard deviations for each further share.
 const BEYOND: (f64, f64) = (0.25, 20.0);
 /// Number of standard deviations of such places, each seen once, between two that the learner told apart.
-const GAP: f64 = 5.0;
+pub(super) const GAP: f64 = 5.0;
 /// Movement below which an object keeps its state, in metres and radians.
 const STILL: (f64, f64) = (5e-4, 0.01);
 /// Difference of log densities below which two references are equally near.
@@ -489,117 +488,4 @@ fn nearest(matches: &[Match], taken: Pose) -> Located {
             && fact.is_some_and(|f| f.state == m.fact.state && f.reference != m.fact.reference)
     };
     Located { fact, distance, ambiguous: matches.iter().any(other), taken, miss: None }
-}
-
-/// Returns whether objects in a state rest in a demonstrated orientation on what they were put onto.
-fn rests(state: &FrameState) -> bool {
-    state.origin == Origin::Placed && state.turn != Turn::Free
-}
-
-/// Returns whether objects came to rest in any orientation. They tumbled, so no sideways direction of their place is narrower
-/// than another.
-fn tumbled(state: &FrameState) -> bool {
-    state.origin == Origin::Placed && state.turn == Turn::Free
-}
-
-/// Returns the widest range of a place.
-fn widest(place: &Place) -> f64 {
-    let open = |c: &Coordinate| match c {
-        Coordinate::Open { low, high } => high - low,
-        Coordinate::Tight { .. } => 0.0,
-    };
-    place.coordinates.iter().map(open).fold(0.0, f64::max)
-}
-
-/// Returns the direction, in the frame of a place, of the axis that the state fixes. For a fully constrained orientation,
-/// this is the object's z axis.
-fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>> {
-    let axis = match state.turn {
-        Turn::Free => return None,
-        Turn::Axis { axis, .. } => Vector3::from(axis),
-        Turn::Full { .. } => Vector3::z(),
-    };
-    Some(place.pose().rotation() * axis)
-}
-
-/// How many times more exactly the heights of a place agree than its other coordinates. Sideways, hands and clearances differ.
-const STEADY: f64 = 10.0;
-
-/// Returns frames with the coordinate in which all places that show one agree most exactly.
-fn heights(states: &[FrameState]) -> Vec<(Frame, usize)> {
-    let steady = |place: &Place| {
-        let sds: Option<Vec<f64>> = place
-            .coordinates
-            .iter()
-            .map(|c| match *c {
-                Coordinate::Tight { sd, .. } => Some(sd),
-                Coordinate::Open { .. } => None,
-            })
-            .collect();
-        let sds = sds.filter(|_| place.count > 2)?;
-        (0..3).find(|i| (0..3).all(|j| j == *i || sds[*i] * STEADY <= sds[j]))
-    };
-    let mut found: Vec<(Frame, Option<usize>)> = Vec::new();
-    for (frame, axis) in states.iter().flat_map(|state| {
-        state.places.iter().filter_map(|place| Some((&state.frame, steady(place)?)))
-    }) {
-        match found.iter_mut().find(|(own, _)| own == frame) {
-            Some((_, known)) => *known = known.filter(|known| *known == axis),
-            None => found.push((frame.clone(), Some(axis))),
-        }
-    }
-    found.into_iter().filter_map(|(frame, axis)| Some((frame, axis?))).collect()
-}
-
-/// Returns, for each place on a table, the coordinates in which its objects agree.
-fn agreements(state: &FrameState) -> impl Iterator<Item = [bool; 3]> {
-    let world = state.frame == Frame::World;
-    state.places.iter().filter(move |_| world).map(|p| p.coordinates.map(|c| !c.is_open()))
-}
-
-/// Returns for each state, place and coordinate the difference from the nearest place of the same kind and frame that differs
-/// in this coordinate alone; infinite if there is none.
-fn gaps(states: &[FrameState]) -> Vec<Vec<[f64; 3]>> {
-    // How far two places are apart in a coordinate; `None` if one of them leaves it open.
-    let apart = |a: &Place, b: &Place, i: usize| match (a.coordinates[i], b.coordinates[i]) {
-        (Coordinate::Tight { mean: a, .. }, Coordinate::Tight { mean: b, .. }) => {
-            Some((a - b).abs())
-        }
-        _ => None,
-    };
-    let near = |a: &Place, b: &Place, i: usize| apart(a, b, i).is_none_or(|m| m < FOUND_M);
-    let of = |state: &FrameState, place: &Place| {
-        std::array::from_fn(|i| {
-            let same = states.iter().filter(|s| s.kind == state.kind && s.frame == state.frame);
-            let others = same
-                .flat_map(|s| &s.places)
-                .filter(|other| (0..3).all(|j| j == i || near(place, other, j)));
-            // Nearer ones differ in something else, such as their orientation.
-            let gaps = others.filter_map(|other| apart(place, other, i));
-            let gaps = gaps.filter(|gap| *gap > GAP * FLOOR.0);
-            gaps.fold(f64::INFINITY, f64::min)
-        })
-    };
-    states.iter().map(|s| s.places.iter().map(|p| of(s, p)).collect()).collect()
-}
-
-/// Returns the standard deviations of placed objects, pooled over all states.
-fn priors(states: &[FrameState]) -> Directions {
-    let mut pool = Pool::default();
-    for state in states.iter().filter(|s| rests(s)) {
-        for place in &state.places {
-            let dof = place.count.saturating_sub(1);
-            let up = upright(state, place).unwrap_or_else(Vector3::z);
-            for (i, coordinate) in place.coordinates.iter().enumerate() {
-                if let Coordinate::Tight { sd, .. } = *coordinate {
-                    pool.position(up[i], sd, dof);
-                }
-            }
-        }
-        if let Turn::Axis { sd, .. } | Turn::Full { sd } = state.turn {
-            let dof = state.places.iter().map(|p| p.count.saturating_sub(1)).sum();
-            pool.tilt(sd, dof);
-        }
-    }
-    pool.priors()
 }

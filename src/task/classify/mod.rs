@@ -4,6 +4,7 @@
 
 mod classifier;
 mod layout;
+mod places;
 mod tolerance;
 mod upright;
 

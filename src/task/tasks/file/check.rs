@@ -158,8 +158,7 @@ impl TaskFile {
         self.check_orders()?;
         let [low, high] = self.table.rim;
         let inside = |i: usize| low[i] < high[i] && low[i] > -10.0 && high[i] < 10.0;
-        let expected =
-            "the lower inner corner first, at most 100 m from the origin along each axis";
+        let expected = "the rim's lower corner first, both within 10 m";
         demand((0..2).all(inside), "table.rim", self.table.rim, expected)?;
         let corners = self.aside;
         let fine = (0..2).all(|i| corners[0][i] <= corners[1][i])
