@@ -79,9 +79,11 @@ fn timed(run: impl FnOnce() -> Result<(), Box<dyn Error>>) -> Result<[f64; 2], B
 /// Runs a large spiking model alone, with a window that reads, and with one that does not, in turn. Prints what windows cost: wall
 /// time, processor time of the run's thread, and what of that comes on a second. Frames come by the clock, so the last is what a
 /// window costs on a processor that the run has for itself, whatever else runs here.
+///
+/// Each run follows another one that has ended, also the run alone: where memory lies makes a difference of some percent.
 fn bench() -> Result<(), Box<dyn Error>> {
     let plan = PopulationPlan::lif();
-    let ticks = 10_000;
+    let ticks = 40_000;
     let graph = model(&plan, 256)?.graph().clone();
     let start = || -> Result<Live, Box<dyn Error>> {
         let sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(1)))?;
@@ -98,6 +100,7 @@ fn bench() -> Result<(), Box<dyn Error>> {
             true => ControlFlow::Break(StopReason::TimeUp),
             false => ControlFlow::Continue(()),
         })?;
+        drop(live);
         let _open = window.join().map_err(|_| "no window")??;
         let mut live = start()?;
         timed(|| {
@@ -111,6 +114,7 @@ fn bench() -> Result<(), Box<dyn Error>> {
     const MEASURES: [&str; 3] = ["wall time", "processor time", "processor time in a second"];
     let mut more: [[Vec<f64>; 3]; 2] = Default::default();
     for round in 0..13 {
+        start()?.step(ticks)?;
         let mut live = start()?;
         let alone = timed(|| Ok(live.step(ticks).map(|_| ())?))?;
         for (more, reads) in more.iter_mut().zip([true, false]) {

@@ -32,7 +32,7 @@ function story({ run, domain, recording }, episode) {
   const also = inPlace ? `, and ${inPlace} more left the part in its place all the same` : "";
   const failed = acts.length - well - inPlace;
   const unlike = acts.filter((act) => !act.well && act.landed && !act.landed.as_planned);
-  const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” did not (${act.came}): ${landedInWords(act.landed)}.`);
+  const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” went otherwise (${act.came}): ${landedInWords(act.landed)}.`);
   if (unlike.length > 3) missed.push(`And ${unlike.length - 3} more: see “What went wrong”.`);
   const done = [`${well} of ${plural(acts.length, "step")} ended as planned${also}${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];

@@ -36,8 +36,10 @@ function endInWords(end, reason) {
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
   const { kind, why, attempt, object } = recovery;
-  return `${recoveryOf(kind, names.say(object))}: ${why} (try ${attempt})`;
+  return `${recoveryOf(kind, names.say(object))}: ${why}${attempt > 1 ? ` (for the ${ordinal(attempt)} time)` : ""}`;
 }
+
+const ordinal = (number) => ["first", "second", "third", "fourth", "fifth"][number - 1] ?? `${number}th`;
 
 // What a recovery does with an object.
 function recoveryOf(kind, object) {

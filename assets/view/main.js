@@ -183,7 +183,9 @@ class LivePage {
     const rows = last.map((entry) => {
       const tick = make("td", String(entry.tick));
       tick.className = "number";
-      return make("tr", null, tick, make("td", entry.do));
+      const change = make("td", changeInWords(entry.do));
+      change.title = entry.do;
+      return make("tr", null, tick, change);
     });
     document.querySelector("#log tbody").replaceChildren(...rows.reverse());
     const all = count > last.length ? ` The last ${last.length} are shown.` : "";

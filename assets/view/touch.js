@@ -104,3 +104,28 @@ class Touch {
     if (layer) byId("count").value = Math.min(layer.neurons, 32);
   }
 }
+
+// A change of the log as an order, and the whole of it as the log has it. Long ones were cut, and are no JSON.
+function changeInWords(text) {
+  let what;
+  try { what = JSON.parse(text); } catch {
+    const [, kind, output] = text.match(/^\{"(clamp|set)":\{"output":"([^"]+)"/) ?? [];
+    return kind ? `${kind} ${nameOf(output)}` : text;
+  }
+  const [[kind, of]] = Object.entries(what);
+  const scene = ({ move, remove }) => {
+    const part = (move ?? remove)?.object?.replaceAll("_", " ");
+    if (remove) return `take ${part} away`;
+    return move ? `move ${part} to ${move.position.map((m) => (1000 * m).toFixed(0)).join(", ")} mm${move.orientation ? ", turned" : ""}` : text;
+  };
+  const values = (list) => (list.length > 4 ? `${list.length} values` : list.map((value) => shortNumber(value)).join(", "));
+  const orders = {
+    silence: () => `silence ${nameOf(of.at)}`,
+    release: () => `release ${nameOf(of.at)}`,
+    clamp: () => `clamp ${nameOf(of.output)} to ${values(of.values)}`,
+    set: () => `set ${nameOf(of.output)} to ${values(of.values)}`,
+    noise: () => `set the noise of ${of.at ? nameOf(of.at) : "the run"} to ${shortNumber(of.scale)} times its own`,
+    world: () => scene(of),
+  };
+  return orders[kind]?.() ?? text;
+}

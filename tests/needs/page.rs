@@ -535,7 +535,7 @@ fn counts_agree_and_what_is_lacking_is_said_alike() {
         found.goal = lacking(['a fork is beside each plate', 1], ['every cup is turned over', 1], ['a block is in a drawer', 1],\n\
             ['at least 2 cups are in a bin', 2], ['a knife is beside each plate', 0]);\n\
         page.acts.forEach((act) => { act.well = false; act.chosen = null; act.landed = null; });\n\
-        page.acts[0].recovery = 'moves the nut out of the way: it lies on the bolt (try 1)';\n\
+        page.acts[0].recovery = 'moves the nut out of the way: it lies on the bolt';\n\
         page.show(); found.failures = byId('failures').innerText;";
     let found = opened_in(&Window { width: 1366, dark: false }, &page(), script);
     let story = text(&found["story"]);

@@ -91,7 +91,11 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     page.until("document.querySelectorAll('#log tbody tr').length === 1");
     assert_eq!(
         page.value("document.querySelector('#log tbody tr').textContent"),
-        "100{\"silence\":{\"at\":\"memory\"}}"
+        "100silence memory"
+    );
+    assert_eq!(
+        page.value("document.querySelector('#log tbody td:last-child').title"),
+        "{\"silence\":{\"at\":\"memory\"}}"
     );
     page.until(
         "document.querySelector('#network [data-path=\"memory\"]').classList.contains('held')",
@@ -206,6 +210,12 @@ fn a_part_is_dragged_in_the_picture_and_taken_away_by_hand() {
     page.until("document.getElementById('refusal').textContent.includes('there is no room for')");
     page.click("#remove");
     page.until("document.querySelectorAll('#log tbody tr').length === 2");
+    let changes = page.value("document.querySelector('#log tbody').textContent");
+    let changes = changes.as_str().unwrap();
+    assert!(
+        changes.contains("take bolt 0 away") && changes.contains("move bolt 0 to "),
+        "{changes}"
+    );
     page.until("window.symbolt.page.scene.frames.poses[9] < -0.2");
     let log = std::fs::read_to_string(folder.path().join("log.jsonl")).unwrap();
     assert_eq!(log.lines().count(), 2, "{log}");

@@ -110,10 +110,7 @@ fn what_lies_above_another_is_not_on_the_thing_below() {
         let mut states = heights.map(|z| at(frame, z));
         name_all(&mut states, &mut [], &[]).into_values().collect()
     };
-    assert_eq!(
-        said("pad", [0.025, 0.075]),
-        ["a block is on a pad, 25 mm up", "a block is above a pad, 75 mm up"]
-    );
+    assert_eq!(said("pad", [0.025, 0.075]), ["a block is on a pad", "a block is above a pad"]);
     // It may be higher for another reason, or lie on another storey.
     assert!(said("pad", [0.025, 0.035]).iter().all(|words| words.contains(" on a pad")));
     assert!(said("shelf", [0.025, 0.325]).iter().all(|words| words.contains(" on a shelf")));
@@ -134,7 +131,10 @@ fn a_part_in_a_box_on_another_face_is_not_said_to_be_in_its_start_area() {
     let names = ["bolt 0".to_owned()];
     let said = |pose: &Pose, first: &Pose| domain.whereabouts(&fact, 0, &names, [pose, first]);
     assert_eq!(said(&within, &away(0.05)), "bolt 0 is in its start area");
-    assert_eq!(said(&away(0.6), &within), "bolt 0 is outside its start area");
+    assert_eq!(
+        said(&away(0.6), &within),
+        "bolt 0 is in its start area, farther out than any was found"
+    );
     // The demonstrations seldom show all of the area: where it stood at first is in it.
     assert_eq!(said(&away(0.6), &away(0.6)), "bolt 0 is in its start area");
 }

@@ -323,7 +323,7 @@ fn recoveries(report: &EpisodeReport) -> String {
     let mut text = String::new();
     for (index, decision) in report.decisions.iter().enumerate() {
         if let Some(recovery) = &decision.recovery {
-            let line = format!("{}: {} (try {}).", index + 1, recovery.text(), recovery.attempt);
+            let line = format!("{}: {}.", index + 1, recovery.text());
             let _ = writeln!(text, "{}", wrapped(&line, 4));
         }
     }

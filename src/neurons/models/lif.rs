@@ -193,6 +193,9 @@ impl NeuronModel for Lif {
         let Block { dt_s: dt, currents, state, activity, .. } = block;
         let tick = self.tick(dt);
         let (v, r) = state.split_at_mut(currents.len());
+        // Of a block of unknown length, compilers step what is left over four at a time.
+        let (currents, v, r, activity) = tick.step_whole::<16>((currents, v, r, activity));
+        let (currents, v, r, activity) = tick.step_whole::<8>((currents, v, r, activity));
         let neurons = v.iter_mut().zip(r.iter_mut()).zip(currents).zip(activity.iter_mut());
         for (((v, r), current), activity) in neurons {
             *activity = tick.step(*current, v, r);
@@ -226,7 +229,25 @@ pub(super) struct Tick {
     floor: Real,
 }
 
+/// Currents, voltages, rests of refractory periods, and activities of the same neurons.
+type Neurons<'a> = (&'a [Real], &'a mut [Real], &'a mut [Real], &'a mut [Real]);
+
 impl Tick {
+    /// Steps neurons in groups of `N`. Returns those that are left over.
+    #[inline(always)]
+    fn step_whole<'a, const N: usize>(&self, (c, v, r, activity): Neurons<'a>) -> Neurons<'a> {
+        let (groups, c) = c.as_chunks::<N>();
+        let (vs, v) = v.as_chunks_mut::<N>();
+        let (rs, r) = r.as_chunks_mut::<N>();
+        let (activities, activity) = activity.as_chunks_mut::<N>();
+        for (((c, v), r), activity) in groups.iter().zip(vs).zip(rs).zip(activities) {
+            for i in 0..N {
+                activity[i] = self.step(c[i], &mut v[i], &mut r[i]);
+            }
+        }
+        (c, v, r, activity)
+    }
+
     /// Steps a neuron with voltage `v` and rest `r` of its refractory period at the current `c`. Returns the size of
     /// a spike if it fires, else 0. Without branches.
     #[inline(always)]

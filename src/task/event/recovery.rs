@@ -86,8 +86,15 @@ impl Recovery {
         if self.name.is_empty() { &self.object } else { &self.name }
     }
 
-    /// Returns what the robot does and why, as one sentence without a full stop.
+    /// Returns what the robot does, why, and for which time if it is not the first, as one sentence without a full stop.
     pub fn text(&self) -> String {
-        format!("{}: {}", self.kind.describe(self.name()), self.why)
+        let does = format!("{}: {}", self.kind.describe(self.name()), self.why);
+        if self.attempt < 2 {
+            return does;
+        }
+        let words = ["second", "third", "fourth", "fifth"];
+        let ordinal = words.get(self.attempt - 2).map(|word| (*word).to_owned());
+        let ordinal = ordinal.unwrap_or_else(|| format!("{}th", self.attempt));
+        format!("{does} (for the {ordinal} time)")
     }
 }

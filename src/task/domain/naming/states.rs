@@ -317,7 +317,12 @@ fn rounded(value: f64) -> f64 {
 /// Tells the states of a thing that opens apart: it is closed where it is nearest to its frame. Returns `false` if it is
 /// no such thing.
 fn open_and_closed(states: &[FrameState], group: &[usize], all: &mut [Described]) -> bool {
-    let single = |i: &usize| states[*i].places.len() == 1 && !is_region(&states[*i]);
+    let single = |i: &usize| {
+        let state = &states[*i];
+        let near = |pose: Pose| (Vector3::from(pose.position) - middle(state)).norm();
+        let mut apart = state.places.iter().map(|place| near(place.pose()));
+        !state.places.is_empty() && !is_region(state) && apart.all(|m| m < SAME_PLACE_M / 2.0)
+    };
     let framed = states[group[0]].frame.kind().is_some();
     if !framed || !is_one(&states[group[0]].kind, OPENABLE) || !group.iter().all(single) {
         return false;
@@ -426,6 +431,20 @@ fn apart(states: &[FrameState], all: &mut [Described]) {
         let measured =
             order.iter().all(framed) && measures.windows(2).all(|pair| pair[0] < pair[1]);
         let lowest = measures.first().copied().unwrap_or_default();
+        let flat = states[order[0]].frame.kind().is_some_and(|frame| !is_one(frame, STOREYED));
+        if measured
+            && flat
+            && let ([lower, upper], [low, high]) = (&order[..], &measures[..])
+            && axis == 2
+            && high - low >= 1e3 * ABOVE_M
+            && all[*lower].rest.starts_with("on ")
+        {
+            // Of two heights, "on" and "above" say enough.
+            let upper = &mut all[*upper];
+            upper.symbol = upper.symbol.replacen("_AT_", "_ABOVE_", 1);
+            upper.rest = upper.rest.replacen("on ", "above ", 1);
+            continue;
+        }
         for (rank, (index, mm)) in order.iter().zip(measures).enumerate() {
             // An area or a place is one of several; what is near or in something is so at some height.
             let of_world =
@@ -457,7 +476,6 @@ fn apart(states: &[FrameState], all: &mut [Described]) {
             of.symbol = format!("{}_{symbol}", of.symbol);
             // What lies higher than another of its kind on the same thing does not touch it, unless this has storeys.
             let higher = measured && axis == 2 && mm - lowest >= 1e3 * ABOVE_M;
-            let flat = states[*index].frame.kind().is_some_and(|frame| !is_one(frame, STOREYED));
             let own = match of.rest.strip_prefix("on ") {
                 Some(place) if higher && flat => format!("above {place}"),
                 _ => of.rest.clone(),

@@ -176,7 +176,11 @@ impl RelationalDomain {
     ) -> String {
         let words = self.fact_in_words(fact, object, objects);
         match self.has_left(fact, [pose, first]) {
-            true => words.replacen(IN_START_AREA, "outside its start area", 1),
+            true => words.replacen(
+                IN_START_AREA,
+                &format!("{IN_START_AREA}, farther out than any was found"),
+                1,
+            ),
             false => words,
         }
     }
