@@ -179,6 +179,67 @@ fn boxes_of_one_kind_are_told_apart_by_their_colour() {
     plan(&world, &domain);
 }
 
+/// Sockets of four sizes go into the holes of one rack, which stands elsewhere each time. `right` says whether each goes into the hole of its
+/// size, or into any.
+fn rack(demos: usize, seed: u64, right: bool) -> (Recording, Attributes) {
+    let (mut recording, mut attributes) = (Recording::default(), Attributes::default());
+    for demo in 0..demos {
+        let draw = |what| share(seed, demo, what);
+        let base = [0.4 + 0.2 * draw(1), -0.2 + 0.4 * draw(2), 0.0];
+        let mut objects =
+            vec![ObjectPose { id: "rack".into(), kind: "rack".into(), pose: Pose::at(base) }];
+        let shift = if right { 0 } else { (4.0 * draw(3)) as usize };
+        for (p, size) in [10.0, 13.0, 17.0, 21.0].into_iter().enumerate() {
+            let at = [-0.4 + 0.2 * draw(10 + p as u64), -0.3 + 0.15 * p as f64, 0.015];
+            let id = format!("socket_{p}");
+            attributes.set(demo, &id, "size_mm", Attribute::Number(size));
+            objects.push(ObjectPose { id: id.into(), kind: "socket".into(), pose: Pose::at(at) });
+        }
+        let mut demonstration = Demonstration { number: demo as u64, snapshots: Vec::new() };
+        let mut take = |event, object, objects: &[ObjectPose]| {
+            let number = demonstration.snapshots.len() as u64;
+            let (event, objects) = (Some(event), objects.to_vec());
+            demonstration.snapshots.push(Snapshot { number, time_s: None, event, object, objects });
+        };
+        take(SnapshotEvent::Start, None, &objects);
+        let first = (4.0 * draw(4)) as usize;
+        for p in (0..4).map(|p| (p + first) % 4) {
+            take(SnapshotEvent::Contact, Some(1 + p), &objects);
+            let hole = ((p + shift) % 4) as f64;
+            objects[1 + p].pose = Pose::at([base[0], base[1] - 0.075 + 0.05 * hole, 0.026]);
+            take(SnapshotEvent::Release, Some(1 + p), &objects);
+        }
+        take(SnapshotEvent::End, None, &objects);
+        recording.demos.push(demonstration);
+    }
+    (recording, attributes)
+}
+
+#[test]
+fn sockets_go_into_the_holes_of_their_size() {
+    let (mut recording, attributes) = rack(5, 8, true);
+    let learned = learn_attributed(&mut recording, &attributes, &Settings::default(), &mut Ignore);
+    let domain = learned.expect("it learns").domain;
+    let sizes = [10, 13, 17, 21].map(|size| format!("socket_size_mm_{size}"));
+    assert_eq!(names(&domain.sub_kinds), [sizes]);
+    let (new, attributes) = rack(1, 77, true);
+    let mut scene = new.demos[0].snapshots[0].clone();
+    assert_eq!(domain.divide(&mut scene, &attributes), []);
+    let layout = Classifier::new(&domain).classify(&scene);
+    let problem = Problem::new(&domain, &layout).expect("a problem");
+    let plan =
+        PlannerBuild::default().plan(&problem, &layout, PlannerBuild::LIMIT).expect("a plan");
+    assert_eq!((plan.end, plan.moves.len()), (SceneEnd::Met, 4));
+    let last = &new.demos[0].snapshots.last().expect("an end").objects;
+    for step in &plan.moves {
+        let end = last.iter().find(|o| o.id == step.object).expect("a socket").pose;
+        assert!(end.distance(&step.target.pose) < 1e-3, "{}: {:?}", step.object, step.target);
+    }
+    // Any hole will do where sizes and holes have nothing to do with each other.
+    let (recording, attributes) = rack(5, 8, false);
+    assert_eq!(divide(&recording, &attributes), []);
+}
+
 #[test]
 fn an_attribute_that_does_not_decide_divides_nothing() {
     for seed in 1..=20 {

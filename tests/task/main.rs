@@ -69,6 +69,7 @@ mod stack_planner;
 mod stacks_and_rows;
 mod statistics;
 mod strangers;
+mod strangers_benches;
 mod synthetic;
 mod task_files;
 mod teaching;

@@ -241,9 +241,12 @@ impl Tick {
         let (rs, r) = r.as_chunks_mut::<N>();
         let (activities, activity) = activity.as_chunks_mut::<N>();
         for (((c, v), r), activity) in groups.iter().zip(vs).zip(rs).zip(activities) {
+            // In copies, which overlap with nothing else, compilers see that the order of neurons does not matter.
+            let (own_c, mut own_v, mut own_r, mut own_activity) = (*c, *v, *r, [0.0; N]);
             for i in 0..N {
-                activity[i] = self.step(c[i], &mut v[i], &mut r[i]);
+                own_activity[i] = self.step(own_c[i], &mut own_v[i], &mut own_r[i]);
             }
+            (*v, *r, *activity) = (own_v, own_r, own_activity);
         }
         (c, v, r, activity)
     }

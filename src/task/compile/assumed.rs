@@ -21,10 +21,14 @@ pub(crate) fn assumed(problem: &Problem<'_>, layout: &Layout, assume: bool) -> S
         .filter(|i| situation[*i].is_none() && is_loose(domain, &layout.objects[*i]))
         .map(|i| (i, guesses(domain, layout, i)))
         .collect();
+    if unknown.is_empty() {
+        return situation;
+    }
     // All are guessed first: a goal that needs two of them has no plan with one alone.
     for (i, facts) in &unknown {
         situation[*i] = facts.first().copied();
     }
+    let problem = &problem.starting_from(&situation);
     for (i, facts) in &unknown {
         let mut best: Option<((usize, usize), Fact)> = None;
         for fact in facts {

@@ -387,9 +387,12 @@ impl<'p> Compiler<'p> {
         let aside = || {
             operator.side_effects.iter().any(|e| {
                 let state = e.condition.state;
+                let given = || self.problem.given(&e.condition, &action.parameters());
+                let there = |at: Option<usize>| given().is_none_or(|given| at == Some(given));
                 e.begins != test.forbids()
                     && test.of.iter().any(|(s, _)| *s == state)
                     && self.about(action, e.condition.subject, test)
+                    && (!e.begins || test.reference.is_none_or(there))
             })
         };
         if !test.forbids() {
@@ -437,8 +440,7 @@ impl<'p> Compiler<'p> {
 
     /// Returns whether a side effect of an action can concern the objects of a test.
     fn about(&self, action: &GroundAction, subject: Subject, test: &Test) -> bool {
-        let (object, origin, target) = (action.object, action.origin(), action.reference);
-        let parameters = Parameters { object, origin, target };
+        let parameters = action.parameters();
         match subject {
             Subject::Is(r) => match (parameters.get(r), test.object) {
                 (Some(one), Some(object)) => one == object,

@@ -1,6 +1,6 @@
 //! Ground facts, as tests of a situation, and ground actions.
 
-use crate::task::domain::{Fact, Situation, is_within};
+use crate::task::domain::{Fact, Parameters, Situation, is_within};
 
 /// A test of a situation.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -113,6 +113,11 @@ pub(super) struct GroundAction {
 }
 
 impl GroundAction {
+    /// Returns the objects that conditions of the action are about.
+    pub fn parameters(&self) -> Parameters {
+        Parameters { object: self.object, origin: self.origin(), target: self.reference }
+    }
+
     /// Returns the reference that the object leaves, if it is known.
     pub fn origin(&self) -> Option<usize> {
         self.source.reference.flatten()

@@ -6,7 +6,7 @@ use super::facts::Test;
 use super::moves::Move;
 use super::problem::Problem;
 use crate::task::domain::{
-    Condition, Counted, Fact, Need, NeedVerdict, Parameters, Situation, Subject,
+    Condition, Counted, Fact, Need, NeedVerdict, Parameters, Role, Situation, Subject,
 };
 
 impl Problem<'_> {
@@ -185,20 +185,32 @@ impl Problem<'_> {
         }
     }
 
-    /// Returns the fact of an object for which an action lets a condition begin. Its reference is that of the condition, or
+    /// Returns the reference at which an action lets a condition begin if the action says so: that of the condition, or the target to which
+    /// what the object was taken from comes along, as a part on a spatula does.
+    pub(super) fn given(&self, condition: &Condition, action: &Parameters) -> Option<usize> {
+        match condition.subject {
+            Subject::At(role) => action.get(role),
+            Subject::Is(Role::Origin) => {
+                let kind = self.domain.states[condition.state].frame.kind();
+                action.target.filter(|to| kind.is_some_and(|kind| *self.objects[*to].kind == *kind))
+            }
+            Subject::Is(_) | Subject::Any => None,
+        }
+    }
+
+    /// Returns the fact of an object for which an action lets a condition begin. Its reference is given, or
     /// its old one if that has the right kind, or the first of this kind.
     fn begun(&self, condition: &Condition, action: &Parameters, old: Option<&Fact>) -> Fact {
-        let reference = match condition.subject {
-            Subject::At(role) => action.get(role),
-            Subject::Is(_) | Subject::Any => {
-                let kind = self.domain.states[condition.state].frame.kind();
-                kind.and_then(|kind| {
-                    let old = old.and_then(|fact| fact.reference);
-                    let kept = old.filter(|r| *self.objects[*r].kind == *kind);
-                    kept.or_else(|| self.of_kind(kind).next())
-                })
-            }
+        let other = || {
+            let kind = self.domain.states[condition.state].frame.kind()?;
+            let old = old.and_then(|fact| fact.reference);
+            let kept = old.filter(|r| *self.objects[*r].kind == *kind);
+            kept.or_else(|| self.of_kind(kind).next())
         };
+        let reference = self.given(condition, action).or_else(|| match condition.subject {
+            Subject::At(_) => None,
+            Subject::Is(_) | Subject::Any => other(),
+        });
         Fact { state: condition.state, place: 0, reference }
     }
 }

@@ -14,6 +14,13 @@ const MOST_IN_ALL: usize = 100_000;
 const MOST_CHOICES: usize = 2_000;
 
 impl Problem<'_> {
+    /// Returns the problem with those undecided needs in force that can be met from a situation.
+    pub(crate) fn starting_from(&self, start: &Situation) -> Self {
+        let mut own = self.clone();
+        own.choose_undecided(start);
+        own
+    }
+
     /// Puts those undecided needs in force that can be met, judged by reachability without deletions.
     pub(super) fn choose_undecided(&mut self, start: &Situation) {
         let mut reached: BTreeSet<(usize, Fact)> =

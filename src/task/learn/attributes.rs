@@ -1,6 +1,7 @@
 //! Divides kinds by an attribute, where what is done to their objects differs by it.
 //!
-//! What is done to an object is where it ends: beside which fixed object, or in which region, or that it stays. An attribute
+//! What is done to an object is where it ends: beside which fixed object, at which place of another object, or in which region, or that
+//! it stays. An attribute
 //! decides if it predicts this without exception: each word has one outcome, or numbers below a threshold have another outcome than
 //! those above. That must be less likely by chance than one in twenty, whatever attribute and outcome are compared.
 
@@ -8,8 +9,9 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::robot::Pose;
 use crate::task::domain::{SubKind, SubKinds};
 use crate::task::recording::{Attribute, Attributes, ObjectAttributes, Recording};
 
@@ -21,6 +23,10 @@ const CHANCE: f64 = 0.05;
 const MOVED_M: f64 = 0.02;
 /// Least gap between two regions in which objects end, in metres, and least ratio to the next gap.
 const GAP: (f64, f64) = (0.08, 2.0);
+/// Least gap between two places on an object, in metres, and least ratio to the next gap.
+const SLOT_GAP: (f64, f64) = (0.015, 3.0);
+/// Greatest number of objects whose places are looked at: each is compared with each.
+const MOST_PLACED: usize = 500;
 /// Greatest number of outcomes that are told apart.
 const MOST_OUTCOMES: usize = 6;
 
@@ -34,6 +40,7 @@ struct Case<'r> {
     attributes: Option<&'r ObjectAttributes>,
     moved: bool,
     end: Vector3<f64>,
+    turn: UnitQuaternion<f64>,
     /// Index of the nearest object of a kind that never moves, where this one was put.
     near: Option<usize>,
 }
@@ -103,13 +110,13 @@ pub(super) fn divisions(
 fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {
     let mut all = Vec::new();
     for (demo, demonstration) in recording.demos.iter().enumerate() {
-        let mut ends: BTreeMap<&str, (&Arc<str>, [Vector3<f64>; 2])> = BTreeMap::new();
+        let mut ends: BTreeMap<&str, (&Arc<str>, [&Pose; 2])> = BTreeMap::new();
         for object in demonstration.snapshots.iter().flat_map(|s| &s.objects) {
-            let at = Vector3::from(object.pose.position);
-            ends.entry(&object.id).or_insert((&object.kind, [at; 2])).1[1] = at;
+            let pose = &object.pose;
+            ends.entry(&object.id).or_insert((&object.kind, [pose; 2])).1[1] = pose;
         }
         all.extend(ends.into_iter().map(|(id, (kind, [start, end]))| {
-            let (attributes, moved) = (attributes.get(demo, id), (end - start).norm() > MOVED_M);
+            let (attributes, moved) = (attributes.get(demo, id), end.distance(start) > MOVED_M);
             Case {
                 demo,
                 number: demonstration.number,
@@ -117,7 +124,8 @@ fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'
                 kind,
                 attributes,
                 moved,
-                end,
+                end: end.position.into(),
+                turn: end.rotation(),
                 near: None,
             }
         }));
@@ -166,7 +174,72 @@ fn outcomes(own: &[&Case<'_>], cases: &[Case<'_>]) -> Vec<Vec<Option<String>>> {
             all.push(own.iter().map(side).collect());
         }
     }
+    let kinds: BTreeSet<&str> = cases.iter().map(|c| &**c.kind).collect();
+    all.extend(kinds.into_iter().flat_map(|frame| places(own, cases, frame)));
     all
+}
+
+/// Returns the place on the nearest object of another kind at which each object was put, for each number of places that lie apart
+/// from each other: rings lie on two pegs, and on each at three heights.
+fn places(own: &[&Case<'_>], cases: &[Case<'_>], frame: &str) -> Vec<Vec<Option<String>>> {
+    let within = |case: &&Case<'_>| {
+        let from = cases.partition_point(|c| c.demo < case.demo);
+        let demo = cases[from..].iter().take_while(|c| c.demo == case.demo);
+        let others = demo.filter(|c| **c.kind == *frame && c.kind != case.kind && case.moved);
+        let far = |c: &Case<'_>| (c.end - case.end).norm();
+        let on = others.min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        Some(on.turn.inverse() * (case.end - on.end))
+    };
+    let mut at: Vec<Option<Vector3<f64>>> = own.iter().map(within).collect();
+    let placed: Vec<usize> = (0..at.len()).filter(|i| at[*i].is_some()).collect();
+    placed.iter().skip(MOST_PLACED).for_each(|i| at[*i] = None);
+    let points: Vec<Vector3<f64>> = at.iter().copied().flatten().collect();
+    let labelled = |labels: Vec<usize>| {
+        let mut labels = labels.into_iter();
+        at.iter().map(|at| at.and_then(|_| labels.next()).map(|l| l.to_string())).collect()
+    };
+    apart(&points).into_iter().map(labelled).collect()
+}
+
+/// Divides points into groups that lie apart, in all ways in which the gaps between groups are much wider than those within: the group
+/// of each point.
+fn apart(points: &[Vector3<f64>]) -> Vec<Vec<usize>> {
+    // The shortest tree that joins all points, by Prim's algorithm: of each point that of the tree which it joins.
+    let mut near = vec![(f64::INFINITY, 0); points.len()];
+    let mut left: BTreeSet<usize> = (1..points.len()).collect();
+    let mut joined = Vec::new();
+    let mut last = 0;
+    while !left.is_empty() {
+        for i in &left {
+            let far = (points[*i] - points[last]).norm();
+            if far < near[*i].0 {
+                near[*i] = (far, last);
+            }
+        }
+        let next = left.iter().copied().min_by(|a, b| near[*a].0.total_cmp(&near[*b].0));
+        last = next.unwrap_or(last);
+        left.remove(&last);
+        joined.push(last);
+    }
+    let mut gaps: Vec<f64> = joined.iter().map(|i| near[*i].0).collect();
+    gaps.sort_by(|a, b| b.total_cmp(a));
+    let wide = |groups: &usize| {
+        let next = gaps.get(groups - 1).copied().unwrap_or(0.0);
+        gaps[groups - 2] > SLOT_GAP.0.max(SLOT_GAP.1 * next)
+    };
+    let grouped = |groups: usize| {
+        let (mut group, mut count) = (vec![0; points.len()], 0);
+        for i in &joined {
+            let (far, to) = near[*i];
+            group[*i] = group[to];
+            if far >= gaps[groups - 2] {
+                count += 1;
+                group[*i] = count;
+            }
+        }
+        group
+    };
+    (2..=MOST_OUTCOMES.min(points.len())).filter(wide).map(grouped).collect()
 }
 
 /// Returns the division of a kind that is least likely by chance, if any is unlikely enough.
@@ -345,7 +418,12 @@ fn division(attribute: &str, shown: &[(&Attribute, &str)]) -> Option<Division> {
     };
     let last = runs.len() - 1;
     let parts = (0..=last).map(|i| {
+        let (least, most) = (runs[i][0].0, runs[i][runs[i].len() - 1].0);
         let ending = match (i, last) {
+            // Of three or more parts, one number says more than "middle".
+            (_, 2..) if least == most && least >= 0.0 && least.fract() == 0.0 => {
+                format!("{attribute}_{least}")
+            }
             (0, _) => format!("low_{attribute}"),
             (i, last) if i == last => format!("high_{attribute}"),
             (i, _) => format!("middle_{attribute}_{i}"),

@@ -82,6 +82,12 @@ impl Writer<'_, '_> {
             }
             let when = part.has_origin(subject).unwrap_or(TRUE);
             let (one, reference) = match subject {
+                // What the object was taken from comes along to the target, if this is a frame of the state.
+                Subject::Is(Role::Origin) if effect.begins => {
+                    let target = part.role(Role::Target);
+                    let frame = |term: &Term| part.scope.kind(term) == named.frame.as_deref();
+                    (term, target.filter(frame))
+                }
                 Subject::Is(_) => (term, None),
                 _ => (None, term),
             };
@@ -145,9 +151,11 @@ impl Writer<'_, '_> {
             // An object that is in the state already keeps its place, or leaves the state if that ends.
             let effects = &domain.operators[part.operator].side_effects;
             let ends = effects.iter().any(|e| !e.begins && e.condition.state == state);
-            let stays = ends || named.places.is_some();
+            // What comes along is meant by itself, wherever it is in the state.
+            let along = reference.is_some() && matches!(who, Who::One(_));
+            let stays = ends || along || named.places.is_some();
             let new = |scope: &mut Scope<'_>, x: &Term| {
-                let given = [reference.as_ref(), None];
+                let given = [reference.as_ref().filter(|_| !along), None];
                 let new = if stays { not(scope.is_in(state, x, given)) } else { TRUE };
                 all([when.clone(), new])
             };

@@ -69,10 +69,14 @@ impl Vocabulary {
             })
             .collect();
         // An object that comes into a state with a reference, and no condition says which.
-        let begun = domain.operators.iter().flat_map(|o| &o.side_effects).filter(|e| e.begins);
-        let begun = begun.map(|e| e.condition).filter(|c| match c.subject {
-            Subject::At(_) | Subject::Is(Role::Object) => false,
-            Subject::Is(_) | Subject::Any => true,
+        let begun = domain.operators.iter().flat_map(|o| {
+            let conditions = o.side_effects.iter().filter(|e| e.begins).map(|e| e.condition);
+            conditions.filter(|c| match c.subject {
+                Subject::At(_) | Subject::Is(Role::Object) => false,
+                // It comes along to the target.
+                Subject::Is(Role::Origin) => states[c.state].frame != states[o.to].frame,
+                Subject::Is(_) | Subject::Any => true,
+            })
         });
         let frames: BTreeSet<&str> =
             begun.filter_map(|c| states[c.state].frame.as_deref()).collect();

@@ -68,7 +68,7 @@ pub struct ScenePlan {
     pub last: Option<Decision>,
     /// The ground problem that the decisions are about; `None` if nothing was asked.
     pub ground: Option<GroundProblem>,
-    /// Ids of the objects in no state that were taken to be in a state that some action leaves, because there was no plan else.
+    /// Ids of the objects in no state that were taken to be in a state that some action leaves, because the plan is better so.
     pub assumed: Vec<Arc<str>>,
 }
 
@@ -80,6 +80,11 @@ impl ScenePlan {
     /// Returns the plan for a goal that cannot be asked for.
     pub fn impossible(error: &ProblemError) -> Self {
         Self::without_decision(SceneEnd::Stuck(error.to_string()))
+    }
+
+    /// Returns the number of undecided conditions that the plan does without.
+    fn given_up(&self) -> usize {
+        self.ground.as_ref().map_or(0, |ground| ground.dropped().len())
     }
 
     /// Returns the decision about the scene itself. The other decisions are about predicted situations.
@@ -145,8 +150,8 @@ impl Prediction for Predicted<'_> {
 
 impl PlannerBuild {
     /// Plans in the scene of a problem: asks the planner for one move after another, in situations predicted from the
-    /// operators. If there is no first move, objects in no state that lie as high and as upright as in a known place are taken
-    /// to be in a state that some action leaves. A decision of the planner of goal sets takes at most the simulated time `limit`.
+    /// operators. If the goal is out of reach, or only within reach without some undecided conditions, objects in no state that lie as high
+    /// and as upright as in a known place are taken to be in a state that some action leaves, if that helps. A decision of the planner of goal sets takes at most the simulated time `limit`.
     ///
     /// ```
     /// use symbolt::neurons::Population;
@@ -202,7 +207,7 @@ impl PlannerBuild {
             return Ok(ScenePlan::without_decision(SceneEnd::Met));
         }
         let plan = self.plan_from(problem, layout, seen.clone(), limit, most_moves)?;
-        if !(plan.moves.is_empty() && matches!(plan.end, SceneEnd::Stuck(_))) {
+        if !matches!(plan.end, SceneEnd::Stuck(_)) && plan.given_up() == 0 {
             return Ok(plan);
         }
         // Objects in no state are the only hope, but not what floats or leans: it may be held, or jammed.
@@ -221,11 +226,15 @@ impl PlannerBuild {
         if guessed == seen {
             return Ok(plan);
         }
+        let problem = &problem.starting_from(&guessed);
         let again = self.plan_from(problem, layout, guessed.clone(), limit, most_moves)?;
         let new = |object: &usize| seen[*object] != guessed[*object];
         let moved: BTreeSet<usize> =
             again.moves.iter().map(|step| step.chosen.object).filter(new).collect();
-        if moved.is_empty() {
+        let hopeless = plan.moves.is_empty() && matches!(plan.end, SceneEnd::Stuck(_));
+        let better = again.end == SceneEnd::Met
+            && (plan.end != SceneEnd::Met || again.given_up() < plan.given_up());
+        if moved.is_empty() || !(hopeless || better) {
             return Ok(plan);
         }
         let assumed = moved.iter().map(|object| problem.objects()[*object].id.clone()).collect();

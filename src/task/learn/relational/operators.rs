@@ -8,7 +8,7 @@ use super::motion::{Came, Motion, Rest};
 use super::rows::Rows;
 use super::states::{States, least_support};
 use crate::task::domain::{
-    Condition, Coordinate, Displacement, Fact, Need, NeedVerdict, Origin, Parameters,
+    Before, Condition, Coordinate, Displacement, Fact, Need, NeedVerdict, Origin, Parameters,
     RelationalOperator, Role, SideEffect, Situation, Subject, relative,
 };
 use crate::task::learn::attempts::Attempt;
@@ -36,6 +36,9 @@ pub(super) struct Operators {
 
 /// Share of the instances that have to agree about a side effect, which knocks and outliers can disturb.
 const AGREE: f64 = 0.9;
+/// Number of instances from which what always held of the object, or of what it was taken from, is taken for needed, and not for how things
+/// happened to be set up.
+const SURE: usize = 5;
 
 pub(super) fn find(motion: &Motion<'_>, found: &States) -> Operators {
     let mut of_state: BTreeMap<usize, Vec<Instance>> = BTreeMap::new();
@@ -59,19 +62,20 @@ pub(super) fn find(motion: &Motion<'_>, found: &States) -> Operators {
         let demos: BTreeSet<usize> = instances.iter().map(|i| i.attempt.demo).collect();
         demos.len() >= least || instances.iter().all(shown)
     });
-    let (seen, rows) = (
+    let all = of_state.values().flatten();
+    let (seen, rode, rows) = (
         seen(motion, found),
+        rode(motion, all),
         Rows::of(found, |demo| scene(motion, found, demo, 0), of_state.values().flatten()),
     );
     let mut operators = Vec::new();
     let mut index = BTreeMap::new();
     for (state, instances) in &of_state {
         index.insert(*state, operators.len());
-        let order = rows.order(*state);
-        operators.push(RelationalOperator {
-            order,
-            ..operator(motion, found, *state, instances, &seen)
-        });
+        let own = operator(motion, found, *state, instances, [&seen, &rode]);
+        let rows = Some(rows.order(*state)).filter(|order| !order.is_empty());
+        let order = rows.unwrap_or_else(|| by_means(found, &own.needs, instances));
+        operators.push(RelationalOperator { order, ..own });
     }
     let judged = outcomes
         .into_iter()
@@ -123,6 +127,24 @@ fn instance(motion: &Motion<'_>, found: &States, attempt: &Attempt) -> Result<In
         before: scene(motion, found, attempt.demo, attempt.before),
         after: scene(motion, found, attempt.demo, attempt.after),
     })
+}
+
+/// Returns the states in which others were at an object while it was moved, with its kind: such as those of what lies in a drawer.
+fn rode<'i>(
+    motion: &Motion<'_>,
+    instances: impl Iterator<Item = &'i Instance>,
+) -> BTreeSet<(usize, String)> {
+    let mut rode = BTreeSet::new();
+    for instance in instances {
+        let kind = &motion.tracks[instance.attempt.demo][instance.object].kind;
+        for (before, after) in instance.before.iter().zip(&instance.after) {
+            let stays = before.as_ref().filter(|fact| fact.reference == Some(instance.object));
+            if let Some(fact) = stays.filter(|fact| after.as_ref() == Some(fact)) {
+                rode.insert((fact.state, kind.to_string()));
+            }
+        }
+    }
+    rode
 }
 
 /// Returns the conditions that occur anywhere in the recording: states of other objects, with the kind of their
@@ -185,7 +207,8 @@ const MOST_MEANS: usize = 24;
 ///
 /// Each of the states was brought about in some demonstrations and is missing at the end of others. It was therefore no
 /// end in itself: somebody who does in each demonstration one of several things that are not needed later does it for
-/// what comes next.
+/// what comes next. So does somebody who does it each time to the object itself before it is moved, such as a bottle that gets a
+/// cork or a cap.
 fn alternatives(
     motion: &Motion<'_>,
     found: &States,
@@ -209,7 +232,8 @@ fn alternatives(
             let mut all = instances.iter().zip(&starts).zip(&held);
             let brought = all.any(|((i, start), held)| *held && i.count(start, &condition) == 0);
             let known = sets.iter().any(|(_, states)| states.contains(&state));
-            if brought && !known && !lasts(state) && held.contains(&false) {
+            let own = subject == Subject::At(Role::Object) && instances.len() >= SURE;
+            if brought && !known && (own || !lasts(state)) && held.contains(&false) {
                 means.push((state, held));
             }
         }
@@ -225,6 +249,32 @@ fn alternatives(
         }
     }
     sets
+}
+
+/// Returns what has to be at the target before an object is put at each of several places, if one of several states is needed there,
+/// and each place was taken with another one: the jaw of a vise stops where the plank in it ends.
+fn by_means(found: &States, needs: &[Need], instances: &[Instance]) -> Vec<Before> {
+    let subject = Subject::At(Role::Target);
+    let means = |need: &&Need| !need.or.is_empty() && need.condition.subject == subject;
+    let Some(need) = needs.iter().find(means) else { return Vec::new() };
+    let places: BTreeSet<usize> = instances.iter().map(|i| i.to.place).collect();
+    let of_place = |place: usize| {
+        let own: Vec<&Instance> = instances.iter().filter(|i| i.to.place == place).collect();
+        let mut held = need.states().filter(|state| {
+            let condition = Condition { state: *state, subject };
+            own.iter().all(|i| i.count(&i.before, &condition) > 0)
+        });
+        held.next().filter(|_| held.next().is_none()).map(|state| (place, state))
+    };
+    let Some(of) = places.iter().map(|place| of_place(*place)).collect::<Option<Vec<_>>>() else {
+        return Vec::new();
+    };
+    let states: BTreeSet<usize> = of.iter().map(|(_, state)| *state).collect();
+    if of.len() < 2 || states.len() < of.len() {
+        return Vec::new();
+    }
+    let every = |state: usize| (0..found.states[state].places.len()).map(move |p| (state, p));
+    of.into_iter().map(|(place, s)| Before { place, one_of: every(s).collect() }).collect()
 }
 
 /// Returns the first so many states of which one held before each of the instances, each state alone before at least one. If
@@ -257,7 +307,7 @@ fn operator(
     found: &States,
     to: usize,
     instances: &[Instance],
-    seen: &BTreeSet<(usize, String)>,
+    [seen, rode]: [&BTreeSet<(usize, String)>; 2],
 ) -> RelationalOperator {
     let mut from: BTreeMap<usize, usize> = BTreeMap::new();
     for instance in instances {
@@ -309,11 +359,22 @@ fn operator(
         if role.is_some_and(|r| instances.iter().any(|i| i.parameters().get(r).is_none())) {
             continue;
         }
-        let possible = role.and_then(kind).is_some_and(|k| seen.contains(&(condition.state, k)));
+        let of_kind = |all: &BTreeSet<(usize, String)>| {
+            role.and_then(kind).is_some_and(|k| all.contains(&(condition.state, k)))
+        };
+        let possible = of_kind(seen);
         match condition.subject {
+            // How it stood with what the object was taken from may be how it was set up.
+            Subject::Is(Role::Origin) if held == of && of < SURE => {
+                needs.push(need(NeedVerdict::Undecided, true, 1));
+            }
             Subject::Is(_) if held == of => needs.push(need(NeedVerdict::Required, true, 1)),
             Subject::At(_) if held == of => {
                 needs.push(need(NeedVerdict::Undecided, true, least));
+            }
+            // What went along when the object was moved otherwise is not in its way.
+            Subject::At(Role::Object) if held == 0 && of_kind(rode) => {
+                needs.push(need(NeedVerdict::Undecided, false, 1));
             }
             Subject::At(Role::Object) if held == 0 && possible => {
                 needs.push(need(NeedVerdict::Absent, false, 1));

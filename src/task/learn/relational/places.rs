@@ -400,8 +400,8 @@ impl Frames<'_, '_> {
     }
 
     /// Joins clusters into states with several places: clusters in one frame that are entered from the same clusters
-    /// and left for the same clusters.
-    pub fn together(&self, groups: Vec<Group>) -> Vec<Vec<Group>> {
+    /// and left for the same clusters, or that overlap. `turns` says whether orientations tell clusters apart.
+    pub fn together(&self, groups: Vec<Group>, turns: bool) -> Vec<Vec<Group>> {
         let n = groups.len();
         let mut owner: BTreeMap<usize, usize> = BTreeMap::new();
         for (g, group) in groups.iter().enumerate() {
@@ -489,7 +489,12 @@ impl Frames<'_, '_> {
                         let (a, b) = (&groups[a], &groups[b]);
                         self.are_layers(a, b) || self.are_layers(b, a)
                     };
-                    if alike && reached && !linked && share(a, b).is_some() && !layers() {
+                    let one_place = || {
+                        let put = !turns && !found[a] && !found[b];
+                        put && self.overlap(&groups[a], &groups[b])
+                    };
+                    let may = !linked && share(a, b).is_some() && !layers();
+                    if may && (alike && reached || one_place()) {
                         join(&mut state, of_a, of_b);
                         merged = true;
                     } else if found[a]

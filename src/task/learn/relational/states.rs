@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::cluster::{Clustering, FramePrior, Item, near};
 use super::frames::Frames;
@@ -78,7 +78,7 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         let (groups, sides): (Vec<Group>, Vec<bool>) = frames.by_side(groups).into_iter().unzip();
         // Sides are told by orientations.
         let turns = turns || sides.contains(&true);
-        let together = frames.with_taken(frames.together(groups));
+        let together = frames.with_taken(frames.together(groups, turns));
         all.extend(together.into_iter().map(|places| (kind, turns, places)));
     }
     let others = frames.moved_by_others.iter();
@@ -424,12 +424,28 @@ impl Frames<'_, '_> {
     /// Returns whether the mean positions of two groups in the frame of the first are so near that nobody would move an object from one
     /// to the other.
     fn is_near(&self, one: &Group, other: &Group) -> bool {
-        let mean = |group: &Group, axis: usize| {
+        let mean = |group: &Group| self.mean(group, one.frame);
+        (mean(one) - mean(other)).norm_squared() < IN_PLACE_M * IN_PLACE_M
+    }
+
+    /// Returns the mean position of a group in a frame.
+    fn mean(&self, group: &Group, frame: usize) -> Vector3<f64> {
+        let poses = group.rests.iter().filter_map(|rest| self.pose(*rest, frame));
+        poses.map(|pose| Vector3::from(pose.position)).sum::<Vector3<f64>>()
+            / group.rests.len() as f64
+    }
+
+    /// Returns whether two groups are so near, beside how far each is spread, that they are one place: objects that fell into a bin here
+    /// and there.
+    pub fn overlap(&self, one: &Group, other: &Group) -> bool {
+        let spread = |group: &Group| {
+            let mean = self.mean(group, one.frame);
             let poses = group.rests.iter().filter_map(|rest| self.pose(*rest, one.frame));
-            poses.map(|pose| pose.position[axis]).sum::<f64>() / group.rests.len() as f64
+            let squares = poses.map(|pose| (Vector3::from(pose.position) - mean).norm_squared());
+            squares.sum::<f64>() / group.rests.len().saturating_sub(1).max(1) as f64
         };
-        let apart = (0..3).map(|axis| (mean(one, axis) - mean(other, axis)).powi(2)).sum::<f64>();
-        apart < IN_PLACE_M * IN_PLACE_M
+        let apart = (self.mean(one, one.frame) - self.mean(other, one.frame)).norm_squared();
+        apart <= (4.0 * (spread(one) + spread(other))).min((2.0 * IN_PLACE_M).powi(2))
     }
 
     /// Returns whether objects were found in all of these rests and some were then moved on purpose. What was shown once is

@@ -1,0 +1,167 @@
+//! Workplaces that others thought of: what a tool carries, what may stay in a drawer, how a pile stands, and what stands in the way.
+
+use symbolt::robot::Pose;
+use symbolt::task::classify::Classifier;
+use symbolt::task::compile::Problem;
+use symbolt::task::domain::{Need, NeedVerdict, RelationalDomain, Subject};
+use symbolt::task::planner::{PlannerBuild, SceneEnd, ScenePlan};
+use symbolt::task::{Demonstration, Snapshot};
+
+use super::modes::{Draw, acted, recording, shown};
+use super::several_places::{flat, learned, noisy, objects, on};
+
+type Things = Vec<(&'static str, Pose)>;
+type Moves = Vec<Vec<(usize, Pose)>>;
+
+fn planned(domain: &RelationalDomain, things: &Things) -> ScenePlan {
+    let scene = Snapshot { objects: objects(things), ..Snapshot::default() };
+    let layout = Classifier::new(domain).classify(&scene);
+    let problem = Problem::new(domain, &layout).expect("a problem");
+    PlannerBuild::default().plan(&problem, &layout, PlannerBuild::LIMIT).expect("a plan")
+}
+
+/// Patties on a grill are carried to plates on a spatula, which lives in a holder.
+fn grill(draw: &mut Draw, patties: usize) -> (Things, Moves) {
+    let grill = flat(draw.within(-0.2, 0.2), 0.35, 0.03, draw.yaw());
+    let holder = flat(draw.within(-0.3, 0.3), -0.4, 0.0, draw.yaw());
+    let home = on(&holder, &flat(0.0, 0.0, 0.06, 0.0));
+    let mut things = vec![("grill", grill), ("holder", holder), ("spatula", home)];
+    let mut moves = Vec::new();
+    let plates: Vec<Pose> = (0..patties)
+        .map(|k| flat(-0.2 + 0.4 * k as f64, draw.within(-0.1, 0.1), 0.0, draw.yaw()))
+        .collect();
+    things.extend(plates.iter().map(|plate| ("plate", *plate)));
+    for (k, plate) in plates.iter().enumerate() {
+        let lies = flat(draw.within(-0.03, 0.03), -0.08 + 0.16 * k as f64, 0.04, draw.yaw());
+        let patty = on(&grill, &lies);
+        things.push(("patty", patty));
+        let (object, served) = (3 + patties + k, on(plate, &flat(0.0, 0.0, 0.023, 0.0)));
+        let below = flat(-0.12, 0.0, -0.012, 0.0);
+        moves.push(vec![(2, on(&patty, &below))]);
+        moves.push(vec![(2, on(&served, &below)), (object, served)]);
+        moves.push(vec![(2, home)]);
+    }
+    (things, moves)
+}
+
+#[test]
+fn what_a_tool_carries_comes_to_the_plate_over_which_the_tool_is_held() {
+    let mut draw = Draw(3);
+    let shown = recording([1, 2, 1, 2, 2].into_iter().map(|patties| {
+        let (things, moves) = grill(&mut draw, patties);
+        acted(objects(&things), &moves)
+    }));
+    for mm_deg in [0.0, 1.0] {
+        let domain = learned(&noisy(&shown, mm_deg, 5));
+        let plan = planned(&domain, &grill(&mut Draw(31), 2).0);
+        std::fs::write("/tmp/spat.json", domain.to_json().unwrap()).unwrap();
+        assert_eq!(plan.end, SceneEnd::Met, "{mm_deg} mm: {:?}", plan.moves);
+        let over: Vec<&str> = plan
+            .moves
+            .iter()
+            .filter_map(|m| m.onto.as_deref())
+            .filter(|id| id.starts_with("plate"))
+            .collect();
+        assert_eq!(over.len(), 2, "{mm_deg} mm: {over:?}");
+        assert_ne!(over[0], over[1], "one plate for each patty");
+    }
+}
+
+/// Parts go into a drawer that is opened and closed. Those `within` lie in it already, and it is closed at first.
+fn drawer(draw: &mut Draw, parts: &[&'static str], within: usize) -> (Things, Moves) {
+    let cabinet = draw.fixture(0.0);
+    let shut = on(&cabinet, &flat(0.0, 0.0, 0.05, 0.0));
+    let open = on(&cabinet, &flat(0.2, 0.0, 0.05, 0.0));
+    let mut things = vec![("cabinet", cabinet), ("drawer", shut)];
+    let place = |k: usize| flat(-0.06 + 0.06 * k as f64, 0.0, 0.01, 0.0);
+    let (mut opens, mut puts, mut closes) = (vec![(1, open)], Vec::new(), vec![(1, shut)]);
+    for (k, part) in parts.iter().enumerate() {
+        if k < within {
+            things.push((part, on(&shut, &place(k))));
+            opens.push((2 + k, on(&open, &place(k))));
+        } else {
+            things.push((part, draw.lying(0.01)));
+            puts.push(vec![(2 + k, on(&open, &place(k)))]);
+        }
+        closes.push((2 + k, on(&shut, &place(k))));
+    }
+    let moves = [vec![opens], puts, vec![closes]].concat();
+    (things, moves)
+}
+
+#[test]
+fn a_drawer_that_was_closed_with_a_part_in_it_is_opened_with_one_in_it() {
+    const PARTS: [&str; 3] = ["pen", "clip", "stamp"];
+    let mut draw = Draw(17);
+    let domain = learned(&recording((0..5).map(|_| {
+        let (things, moves) = drawer(&mut draw, &PARTS, 0);
+        acted(objects(&things), &moves)
+    })));
+    // It was always empty when it was opened.
+    let plan = planned(&domain, &drawer(&mut Draw(71), &PARTS, 1).0);
+    assert_eq!(plan.end, SceneEnd::Met, "{:?}", plan.moves);
+    let moved: Vec<&str> = plan.moves.iter().map(|m| &*m.object).collect();
+    assert_eq!((moved.len(), moved[0], moved[3]), (4, "drawer_1", "drawer_1"), "{moved:?}");
+}
+
+/// A vase stands on a pile of boxes on a dock, or on the window sill, where it belongs.
+fn pile(draw: &mut Draw, boxes: usize, on_top: bool) -> (Things, Vec<(usize, Pose)>) {
+    let (dock, sill) = (draw.fixture(0.0), flat(draw.within(-0.3, 0.3), -0.5, 0.0, draw.yaw()));
+    let mut things = vec![("dock", dock), ("sill", sill)];
+    let mut below = dock;
+    for _ in 0..boxes {
+        below = on(&below, &flat(0.0, 0.0, 0.03, 0.0));
+        things.push(("box", below));
+    }
+    let right = on(&sill, &flat(0.0, 0.0, 0.1, draw.yaw()));
+    things
+        .push(("vase", if on_top { on(&below, &flat(0.0, 0.0, 0.08, draw.yaw())) } else { right }));
+    let vase = things.len() - 1;
+    (things, if on_top { vec![(vase, right)] } else { Vec::new() })
+}
+
+#[test]
+fn how_a_pile_stood_three_times_is_not_needed_to_take_from_it() {
+    let mut draw = Draw(23);
+    let domain = learned(&recording([2, 0, 3, 0, 2].into_iter().map(|boxes| {
+        let (things, moves) = pile(&mut draw, boxes.max(1), boxes > 0);
+        shown(objects(&things), &moves)
+    })));
+    let needs = &domain.operators[0].needs;
+    let origin = |n: &&Need| matches!(n.condition.subject, Subject::Is(_));
+    assert!(needs.iter().filter(origin).all(|n| n.verdict == NeedVerdict::Undecided), "{needs:?}");
+    let plan = planned(&domain, &pile(&mut Draw(32), 1, true).0);
+    assert_eq!((plan.end, plan.moves.len()), (SceneEnd::Met, 1));
+}
+
+/// Books go onto a shelf. Where a bust stands before the books, it goes to the end of the shelf first.
+fn shelf(draw: &mut Draw, before: Option<[f64; 2]>) -> (Things, Vec<(usize, Pose)>) {
+    let shelf = draw.fixture(0.0);
+    let end = on(&shelf, &flat(0.3, 0.0, 0.08, draw.yaw()));
+    let stands = before.map(|[x, y]| on(&shelf, &flat(x, y, 0.08, draw.yaw())));
+    let (a, b) = (draw.lying(0.012), draw.lying(0.018));
+    let things =
+        vec![("shelf", shelf), ("bust", stands.unwrap_or(end)), ("atlas", a), ("bible", b)];
+    let place = |x: f64| on(&shelf, &flat(x, 0.0, 0.12, 0.0));
+    let mut moves: Vec<(usize, Pose)> = before.map(|_| (1, end)).into_iter().collect();
+    moves.extend([(2, place(0.02)), (3, place(0.06))]);
+    (things, moves)
+}
+
+#[test]
+fn what_stands_in_the_way_a_little_beside_where_it_was_seen_is_moved_as_well() {
+    let mut draw = Draw(29);
+    let starts = [None, Some([0.07, 0.016]), None, Some([0.1, 0.017]), None];
+    let demos = starts.map(|before| -> Demonstration {
+        let (things, moves) = shelf(&mut draw, before);
+        shown(objects(&things), &moves)
+    });
+    let domain = learned(&noisy(&recording(demos.into_iter()), 0.2, 4));
+    let plan = planned(&domain, &shelf(&mut Draw(92), Some([0.08, -0.012])).0);
+    let moved: Vec<&str> = plan.moves.iter().map(|m| &*m.object).collect();
+    assert_eq!((plan.end, &moved[..]), (SceneEnd::Met, &["bust_1", "atlas_2", "bible_3"][..]));
+    assert_eq!(plan.assumed.iter().map(|id| &**id).collect::<Vec<_>>(), ["bust_1"]);
+    // Nothing is taken for what it is not where nothing is in the way.
+    let plan = planned(&domain, &shelf(&mut Draw(93), None).0);
+    assert_eq!((plan.end, plan.moves.len(), plan.assumed.len()), (SceneEnd::Met, 2, 0));
+}
