@@ -54,7 +54,6 @@ fn what_a_tool_carries_comes_to_the_plate_over_which_the_tool_is_held() {
     for mm_deg in [0.0, 1.0] {
         let domain = learned(&noisy(&shown, mm_deg, 5));
         let plan = planned(&domain, &grill(&mut Draw(31), 2).0);
-        std::fs::write("/tmp/spat.json", domain.to_json().unwrap()).unwrap();
         assert_eq!(plan.end, SceneEnd::Met, "{mm_deg} mm: {:?}", plan.moves);
         let over: Vec<&str> = plan
             .moves

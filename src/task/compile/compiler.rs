@@ -170,7 +170,7 @@ impl<'p> Compiler<'p> {
             let facts = || (0..self.tests.len()).map(StateId::new);
             let adds = |f: &StateId| {
                 let test = &self.tests[f.index()];
-                f != to && !test.given && self.contributes(action, test)
+                f != to && self.contributes(action, test)
             };
             let effects: Vec<StateId> = std::iter::once(*to).chain(facts().filter(adds)).collect();
             let ends = |f: &StateId| self.ends(action, &self.tests[f.index()]);
@@ -387,8 +387,8 @@ impl<'p> Compiler<'p> {
         let aside = || {
             operator.side_effects.iter().any(|e| {
                 let state = e.condition.state;
-                let given = || self.problem.given(&e.condition, &action.parameters());
-                let there = |at: Option<usize>| given().is_none_or(|given| at == Some(given));
+                let to = || self.problem.comes_to(&e.condition, &action.parameters());
+                let there = |at: Option<usize>| to().is_none_or(|to| at == Some(to));
                 e.begins != test.forbids()
                     && test.of.iter().any(|(s, _)| *s == state)
                     && self.about(action, e.condition.subject, test)

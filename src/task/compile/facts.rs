@@ -20,7 +20,7 @@ pub(crate) struct Test {
     pub least: usize,
     /// Greatest number of objects; `None` for any number.
     pub most: Option<usize>,
-    /// Whether the fact is given: no action is planned to cause it.
+    /// Whether the fact is given: no action is sought to cause it, but one that is there for something else may.
     pub given: bool,
 }
 

@@ -187,7 +187,7 @@ impl Problem<'_> {
 
     /// Returns the reference at which an action lets a condition begin if the action says so: that of the condition, or the target to which
     /// what the object was taken from comes along, as a part on a spatula does.
-    pub(super) fn given(&self, condition: &Condition, action: &Parameters) -> Option<usize> {
+    pub(super) fn comes_to(&self, condition: &Condition, action: &Parameters) -> Option<usize> {
         match condition.subject {
             Subject::At(role) => action.get(role),
             Subject::Is(Role::Origin) => {
@@ -198,7 +198,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Returns the fact of an object for which an action lets a condition begin. Its reference is given, or
+    /// Returns the fact of an object for which an action lets a condition begin. Its reference is that of the action, or
     /// its old one if that has the right kind, or the first of this kind.
     fn begun(&self, condition: &Condition, action: &Parameters, old: Option<&Fact>) -> Fact {
         let other = || {
@@ -207,7 +207,7 @@ impl Problem<'_> {
             let kept = old.filter(|r| *self.objects[*r].kind == *kind);
             kept.or_else(|| self.of_kind(kind).next())
         };
-        let reference = self.given(condition, action).or_else(|| match condition.subject {
+        let reference = self.comes_to(condition, action).or_else(|| match condition.subject {
             Subject::At(_) => None,
             Subject::Is(_) | Subject::Any => other(),
         });
