@@ -110,7 +110,7 @@ fn what_lies_above_another_is_not_on_the_thing_below() {
         let mut states = heights.map(|z| at(frame, z));
         name_all(&mut states, &mut [], &[]).into_values().collect()
     };
-    assert_eq!(said("pad", [0.025, 0.075]), ["a block is on a pad", "a block is above a pad"]);
+    assert_eq!(said("pad", [0.025, 0.075]), ["a block is above a pad", "a block is on a pad"]);
     // It may be higher for another reason, or lie on another storey.
     assert!(said("pad", [0.025, 0.035]).iter().all(|words| words.contains(" on a pad")));
     assert!(said("shelf", [0.025, 0.325]).iter().all(|words| words.contains(" on a shelf")));
