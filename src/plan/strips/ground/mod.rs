@@ -24,6 +24,7 @@ mod assembly;
 mod lower;
 mod operators;
 mod reach;
+mod rounds;
 mod schema;
 mod stand_ins;
 mod ways;

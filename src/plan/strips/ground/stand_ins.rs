@@ -7,7 +7,8 @@ use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, VecDeque};
 
 use super::TooLarge;
-use super::ways::{Code, Derivation, Known, MAX_WAYS, Way};
+use super::rounds::Derivation;
+use super::ways::{Code, Known, MAX_WAYS, Way};
 
 /// What a fact stands for.
 #[derive(PartialEq, Eq, Hash, Clone)]
