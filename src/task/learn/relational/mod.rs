@@ -8,6 +8,7 @@ mod goals;
 mod layers;
 mod level;
 mod likelihood;
+mod means;
 mod models;
 mod motion;
 mod operators;
