@@ -3,8 +3,8 @@
 use symbolt::robot::Pose;
 use symbolt::task::classify::Classifier;
 use symbolt::task::compile::Problem;
-use symbolt::task::domain::{Need, NeedVerdict, RelationalDomain, Subject};
-use symbolt::task::planner::{PlannerBuild, SceneEnd, ScenePlan};
+use symbolt::task::domain::{Need, NeedVerdict, RelationalDomain, Role, Subject};
+use symbolt::task::planner::{PlannerBuild, SceneEnd, SceneMove, ScenePlan};
 use symbolt::task::{Demonstration, Snapshot};
 
 use super::modes::{Draw, acted, recording, shown};
@@ -163,4 +163,75 @@ fn what_stands_in_the_way_a_little_beside_where_it_was_seen_is_moved_as_well() {
     // Nothing is taken for what it is not where nothing is in the way.
     let plan = planned(&domain, &shelf(&mut Draw(93), None).0);
     assert_eq!((plan.end, plan.moves.len(), plan.assumed.len()), (SceneEnd::Met, 2, 0));
+}
+
+/// Bottles get a cork or a cap, whichever is at hand, and go into a crate.
+fn bottles(draw: &mut Draw, corks: &[bool]) -> (Things, Moves) {
+    let crate_ = draw.fixture(0.0);
+    let mut things = vec![("crate", crate_)];
+    let mut moves = Vec::new();
+    let first = draw.within(0.0, 3.0) as usize;
+    for k in 0..corks.len() {
+        things.push((
+            "bottle",
+            flat(-0.3 + 0.15 * k as f64, draw.within(-0.2, 0.0), 0.08, draw.yaw()),
+        ));
+    }
+    for (k, cork) in corks.iter().enumerate() {
+        let closure = flat(-0.3 + 0.15 * k as f64, draw.within(-0.4, -0.3), 0.01, draw.yaw());
+        things.push((if *cork { "cork" } else { "cap" }, closure));
+        let (bottle, own) = (1 + k, 1 + corks.len() + k);
+        let on_it = |at: &Pose| on(at, &flat(0.0, 0.0, if *cork { 0.1 } else { 0.09 }, 0.0));
+        let cell = on(&crate_, &flat(-0.07 + 0.07 * ((k + first) % 3) as f64, 0.0, 0.1, 0.0));
+        moves.push(vec![(own, on_it(&things[bottle].1))]);
+        moves.push(vec![(bottle, cell), (own, on_it(&cell))]);
+    }
+    (things, moves)
+}
+
+#[test]
+fn a_bottle_gets_a_cork_or_a_cap_before_it_goes_into_the_crate() {
+    let mut draw = Draw(41);
+    let shown = [&[true, false][..], &[false, true, true], &[true, true, false], &[false, true]];
+    let domain = learned(&recording(shown.into_iter().map(|corks| {
+        let (things, moves) = bottles(&mut draw, corks);
+        acted(objects(&things), &moves)
+    })));
+    let into = domain.operators.iter().find(|o| domain.states[o.to].kind == "bottle").unwrap();
+    let either = |n: &&Need| n.or.len() == 1 && n.condition.subject == Subject::At(Role::Object);
+    assert_eq!(into.needs.iter().filter(either).count(), 1, "{into:?} {:?}", domain.states);
+    let plan = planned(&domain, &bottles(&mut Draw(14), &[true, false, true]).0);
+    let moved: Vec<&str> = plan.moves.iter().map(|m| &*m.object).collect();
+    assert_eq!((plan.end, moved.len()), (SceneEnd::Met, 6), "{moved:?}");
+    for (at, step) in plan.moves.iter().enumerate() {
+        let closed = |m: &&SceneMove| m.onto.as_deref() == Some(&*step.object);
+        let bottle = step.object.starts_with("bottle");
+        assert!(!bottle || plan.moves[..at].iter().any(|m| closed(&m)), "open: {moved:?}");
+    }
+}
+
+/// A plank goes into a vice, whose jaw is closed upon it: where it stops depends on the plank.
+fn vice(draw: &mut Draw, thick: bool) -> (Things, Vec<(usize, Pose)>) {
+    let vice = draw.fixture(0.0);
+    let jaw = |x: f64| on(&vice, &flat(x, 0.0, 0.07, 0.0));
+    let (kind, half) = if thick { ("thick_plank", 0.022) } else { ("thin_plank", 0.010) };
+    let things = vec![("vice", vice), ("jaw", jaw(0.12)), (kind, draw.lying(half))];
+    let within = on(&vice, &flat(half, 0.0, 0.08, 0.0));
+    (things, vec![(2, within), (1, jaw(2.0 * half + 0.012))])
+}
+
+#[test]
+fn where_the_jaw_of_a_vice_stops_depends_on_the_plank() {
+    let mut draw = Draw(47);
+    let domain = learned(&recording([false, true, false, true, false].into_iter().map(|thick| {
+        let (things, moves) = vice(&mut draw, thick);
+        shown(objects(&things), &moves)
+    })));
+    for thick in [false, true] {
+        let (things, moves) = vice(&mut Draw(74), thick);
+        let plan = planned(&domain, &things);
+        assert_eq!((plan.end, plan.moves.len()), (SceneEnd::Met, 2), "{thick}");
+        let off = plan.moves[1].target.pose.distance(&moves[1].1);
+        assert!(off < 1e-3, "{thick}: {off} m from where the jaw stops");
+    }
 }
