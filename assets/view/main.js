@@ -26,6 +26,11 @@ class LivePage {
     theme.listeners.push(() => this.draw());
     on("play", () => this.play());
     on("until", () => session.send("until"));
+    byId("tick").addEventListener("change", ({ target }) => {
+      const tick = target.value.trim() === "" ? NaN : Number(target.value);
+      if (Number.isInteger(tick) && tick >= 0) session.send("seek", { tick });
+      target.value = "";
+    });
     on("save", () => session.send("log"));
     on("forget", () => session.send("forget"));
     on("end", () => { if (confirm("End the run for all windows?")) session.send("end"); });
@@ -227,7 +232,7 @@ class LivePage {
   }
 
   closed(why) {
-    this.refusal(`The window is closed: ${why}.`);
+    this.refusal(`${capital(why)}.`);
     document.querySelectorAll("#bar button, #touch button, #log button").forEach((button) => { button.disabled = true; });
   }
 }

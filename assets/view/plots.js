@@ -74,7 +74,11 @@ class SvgPaper {
   }
 }
 
-const shortNumber = (value) => String(Number(value.toPrecision(3)));
+// Three digits; of large numbers with `k`, `M` or `G` for thousands, millions and thousands of millions.
+function shortNumber(value) {
+  const [size, unit] = [[1e9, "G"], [1e6, "M"], [1e4, "k"]].find(([size]) => Math.abs(value) >= size) ?? [1, ""];
+  return Number((value / (unit === "k" ? 1e3 : size)).toPrecision(3)) + (unit && `\u202f${unit}`);
+}
 // The path of a run of which a plot has nothing.
 const UNPLOTTED = { from: null, end: null, ticks: [], rows: [] };
 const isPlotted = ({ from, end }) => end !== null && end > from;

@@ -2,6 +2,8 @@
 
 // A part that was taken away lies below this height, in metres.
 const TAKEN_AWAY_M = -0.2;
+// Distance from the pointer to the middle of a part that is taken by it, in pixels.
+const GRABBED_PX = 12;
 // From where a part comes back that this window has never seen, in metres.
 const FROM_ABOVE_M = 0.05;
 
@@ -51,6 +53,16 @@ class LiveScene {
     this.move(this.ids.indexOf(byId("part").value), numbers[0] / 1000, numbers[1] / 1000);
   }
 
+  // The part whose middle is nearest to the pointer; -1 if none is near.
+  nearest({ offsetX, offsetY }) {
+    const far = this.replay.bodies.parts.slice(0, this.ids.length).map((part) => {
+      const [x, y] = this.replay.project(part.position);
+      return Math.hypot(x - offsetX, y - offsetY);
+    });
+    const least = Math.min(...far);
+    return least <= GRABBED_PX ? far.indexOf(least) : -1;
+  }
+
   ray({ offsetX, offsetY }) {
     return this.replay.ray(offsetX, offsetY);
   }
@@ -66,7 +78,8 @@ class LiveScene {
       if (!this.grabbing || event.button !== 0) return;
       const parts = this.replay.bodies.parts.slice(0, this.ids.length);
       const [hit] = this.ray(event).intersectObjects(parts, true);
-      const index = hit ? parts.indexOf(hit.object) : -1;
+      // A part with a hole is also taken by the hole.
+      const index = hit ? parts.indexOf(hit.object) : this.nearest(event);
       if (index < 0) return;
       // The picture does not turn with it.
       event.stopImmediatePropagation();

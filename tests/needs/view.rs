@@ -87,6 +87,12 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
         page.until(&format!("window.symbolt.page.frame.tick === {}", before - 100));
     }
     page.until("window.symbolt.page.plots.all.every((p) => p.ticks.every((tick) => tick <= 100))");
+    for to in [40, 100] {
+        page.value(&format!(
+            "{{ const to = document.getElementById('tick'); to.value = '{to}'; to.dispatchEvent(new Event('change')); }}"
+        ));
+        page.until(&format!("window.symbolt.page.frame.tick === {to}"));
+    }
     page.click("#silence");
     page.until("document.querySelectorAll('#log tbody tr').length === 1");
     assert_eq!(

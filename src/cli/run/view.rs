@@ -149,7 +149,9 @@ fn happened(view: &SimView<'_>, text: &mut String) -> u32 {
 fn decided(view: &SimView<'_>, number: u32) -> Option<String> {
     let decided = EpisodeWorld::of(view.world())?.decisions().get(number as usize)?;
     let time_s = decided.asked_s + decided.took_ms / 1e3;
-    let words = decided.done_in_words().unwrap_or_else(|| "no action".into());
+    let nothing =
+        || if decided.unmet.is_empty() { "nothing: the goal is met" } else { "no action" };
+    let words = decided.done_in_words().unwrap_or_else(|| nothing().into());
     Some(format!("{time_s:.3} s: {words}"))
 }
 

@@ -23,7 +23,11 @@ use crate::spa::error::VocabError;
 /// assert!(found.parse("SCREW").is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct OutputVocabulary(Arc<Content>);
+pub struct OutputVocabulary {
+    content: Arc<Content>,
+    /// What messages call the vocabulary.
+    label: Arc<str>,
+}
 
 impl OutputVocabulary {
     /// Returns the vocabulary of an output, named as in [`Graph::output`]. `None` if there is no such output, or if it carries
@@ -31,12 +35,13 @@ impl OutputVocabulary {
     pub fn of(graph: &Graph, output: &str) -> Option<Self> {
         let (node, output) = graph.find_output(output)?;
         let space = graph.nodes.get(node)?.ports.outputs.get(output)?.shape.space.as_ref()?;
-        space.attached::<Arc<Content>>().cloned().map(Self)
+        let content = space.attached::<Arc<Content>>()?.clone();
+        Some(Self { content, label: space.to_string().into() })
     }
 
     /// Returns the names of its pointers, in the order in which they were added.
     pub fn names(&self) -> &[String] {
-        self.0.names()
+        self.content.names()
     }
 
     /// Evaluates an expression, as [`Vocabulary::parse`](super::Vocabulary::parse) does.
@@ -44,6 +49,6 @@ impl OutputVocabulary {
     /// # Errors
     /// As there.
     pub fn parse(&self, text: &str) -> Result<Vec<Real>, VocabError> {
-        self.0.parse("of the output", text)
+        self.content.parse(&self.label, text)
     }
 }

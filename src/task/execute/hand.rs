@@ -77,10 +77,13 @@ impl Cell {
         let turn: f64 = pose.orientation.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [.., height] = pose.position;
         let near = height >= 0.0 && pose.position.iter().all(|m| m.abs() <= FAR_M);
-        if !near || !(turn - 1.0).is_finite() || (turn - 1.0).abs() > 0.01 {
+        if !near {
             return Err(format!(
-                "expected a position within {FAR_M} m, not below the table, and a unit quaternion [x, y, z, w] for `{object}`"
+                "expected a position within {FAR_M} m, not below the table, for `{object}`"
             ));
+        }
+        if !(turn - 1.0).is_finite() || (turn - 1.0).abs() > 0.01 {
+            return Err(format!("expected a unit quaternion [x, y, z, w] for `{object}`"));
         }
         let raised = LIFTS_M.iter().map(|lift| {
             let [x, y, z] = pose.position;
