@@ -431,7 +431,7 @@ fn an_address_without_its_token_says_what_to_open() {
     let served = served(spiking());
     let mut page = Devtools::open(&format!("http://127.0.0.1:{}/", served.port), 800, 600);
     page.until(
-        "document.getElementById('refusal')?.textContent.includes('open the whole address')",
+        "document.getElementById('refusal')?.textContent.includes('Open the whole address')",
     );
     drop(page);
     served.ended();
