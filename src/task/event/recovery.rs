@@ -86,15 +86,15 @@ impl Recovery {
         if self.name.is_empty() { &self.object } else { &self.name }
     }
 
-    /// Returns what the robot does, why, and for which time if it is not the first, as one sentence without a full stop.
+    /// Returns what the robot does, for which time if it is not the first, and why, as one sentence without a full stop.
     pub fn text(&self) -> String {
-        let does = format!("{}: {}", self.kind.describe(self.name()), self.why);
+        let does = self.kind.describe(self.name());
         if self.attempt < 2 {
-            return does;
+            return format!("{does}: {}", self.why);
         }
         let words = ["second", "third", "fourth", "fifth"];
         let ordinal = words.get(self.attempt - 2).map(|word| (*word).to_owned());
         let ordinal = ordinal.unwrap_or_else(|| format!("{}th", self.attempt));
-        format!("{does} (for the {ordinal} time)")
+        format!("{does}, for the {ordinal} time: {}", self.why)
     }
 }
