@@ -6,6 +6,7 @@
 use std::error::Error;
 use std::net::TcpStream;
 use std::ops::ControlFlow;
+use std::process::Command;
 use std::time::Instant;
 
 use symbolt::prelude::*;
@@ -76,59 +77,37 @@ fn timed(run: impl FnOnce() -> Result<(), Box<dyn Error>>) -> Result<[f64; 2], B
     Ok([began.elapsed().as_secs_f64(), processor_s()? - before_s])
 }
 
+/// Number of runs of each kind that `bench` measures.
+const ROUNDS: usize = 16;
+/// The kinds of runs: alone, with a window that reads, and with one that does not.
+const KINDS: [&str; 3] = ["alone", "reads", "silent"];
+
 /// Runs a large spiking model alone, with a window that reads, and with one that does not, in turn. Prints what windows cost: wall
 /// time, processor time of the run's thread, and what of that comes on a second. Frames come by the clock, so the last is what a
 /// window costs on a processor that the run has for itself, whatever else runs here.
 ///
-/// Each run follows another one that has ended, also the run alone: where memory lies makes a difference of some percent.
+/// Each run has a process of its own: where memory lies makes a difference of some percent, which stays as long as a process does.
 fn bench() -> Result<(), Box<dyn Error>> {
-    let plan = PopulationPlan::lif();
-    let ticks = 40_000;
-    let graph = model(&plan, 256)?.graph().clone();
-    let start = || -> Result<Live, Box<dyn Error>> {
-        let sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(1)))?;
-        Ok(Live::new(sim, LiveOptions::default())?)
-    };
-    let watched = |reads: bool| -> Result<[f64; 2], Box<dyn Error>> {
-        let mut view = View::bind()?;
-        let address = view.address().to_owned();
-        let window = std::thread::spawn(move || watch(&address, reads).map_err(|e| e.to_string()));
-        // The window is opened before the time counts, and one that does not read is full.
-        let mut live = start()?;
-        let (began, warm_s) = (Instant::now(), if reads { 0.0 } else { 8.0 });
-        view.drive(&mut live, |_| match began.elapsed().as_secs_f64() >= warm_s {
-            true => ControlFlow::Break(StopReason::TimeUp),
-            false => ControlFlow::Continue(()),
-        })?;
-        drop(live);
-        let _open = window.join().map_err(|_| "no window")??;
-        let mut live = start()?;
-        timed(|| {
-            view.drive(&mut live, |view| match view.tick() >= ticks {
-                true => ControlFlow::Break(StopReason::TimeUp),
-                false => ControlFlow::Continue(()),
-            })?;
-            Ok(())
-        })
-    };
+    let own = std::env::current_exe()?;
     const MEASURES: [&str; 3] = ["wall time", "processor time", "processor time in a second"];
     let mut more: [[Vec<f64>; 3]; 2] = Default::default();
-    for round in 0..13 {
-        start()?.step(ticks)?;
-        let mut live = start()?;
-        let alone = timed(|| Ok(live.step(ticks).map(|_| ())?))?;
-        for (more, reads) in more.iter_mut().zip([true, false]) {
-            let [wall_s, processor_s] = watched(reads)?;
+    for _ in 0..ROUNDS {
+        let mut took = [[0.0; 2]; 3];
+        for (kind, took) in KINDS.iter().zip(&mut took) {
+            let ran = Command::new(&own).args(["bench", kind]).output()?;
+            let text = String::from_utf8(ran.stdout)?;
+            let numbers: Vec<f64> =
+                text.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+            *took = numbers.try_into().map_err(|_| "a run of the bench failed")?;
+        }
+        let [alone, watched @ ..] = took;
+        for (more, [wall_s, processor_s]) in more.iter_mut().zip(watched) {
             let parts = [
                 wall_s / alone[0] - 1.0,
                 processor_s / alone[1] - 1.0,
                 (processor_s - alone[1]) / wall_s,
             ];
             more.iter_mut().zip(parts).for_each(|(more, part)| more.push(100.0 * part));
-        }
-        // The first round warms up.
-        if round == 0 {
-            more = Default::default();
         }
     }
     for (more, window) in more.iter_mut().zip(["that reads", "that does not"]) {
@@ -146,10 +125,49 @@ fn bench() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Measures one run of a kind, after another one that has ended, and prints what it took.
+fn measure(kind: &str) -> Result<(), Box<dyn Error>> {
+    let ticks = 40_000;
+    let graph = model(&PopulationPlan::lif(), 256)?.graph().clone();
+    let start = || -> Result<Live, Box<dyn Error>> {
+        let sim = Simulator::new(graph.clone(), RunConfig::seeded(Seed::new(1)))?;
+        Ok(Live::new(sim, LiveOptions::default())?)
+    };
+    let [wall_s, processor_s] = if kind == KINDS[0] {
+        start()?.step(ticks / 10)?;
+        let mut live = start()?;
+        timed(|| Ok(live.step(ticks).map(|_| ())?))?
+    } else {
+        let reads = kind == KINDS[1];
+        let mut view = View::bind()?;
+        let address = view.address().to_owned();
+        let window = std::thread::spawn(move || watch(&address, reads).map_err(|e| e.to_string()));
+        // The window is opened before the time counts, and one that does not read is full.
+        let mut live = start()?;
+        let (began, warm_s) = (Instant::now(), if reads { 0.1 } else { 8.0 });
+        view.drive(&mut live, |_| match began.elapsed().as_secs_f64() >= warm_s {
+            true => ControlFlow::Break(StopReason::TimeUp),
+            false => ControlFlow::Continue(()),
+        })?;
+        drop(live);
+        let _open = window.join().map_err(|_| "no window")??;
+        let mut live = start()?;
+        timed(|| {
+            view.drive(&mut live, |view| match view.tick() >= ticks {
+                true => ControlFlow::Break(StopReason::TimeUp),
+                false => ControlFlow::Continue(()),
+            })?;
+            Ok(())
+        })?
+    };
+    println!("{wall_s} {processor_s}");
+    Ok(())
+}
+
 #[allow(dead_code)] // The tests call `model`.
 fn main() -> Result<(), Box<dyn Error>> {
     let sim = match std::env::args().nth(1).as_deref() {
-        Some("bench") => return bench(),
+        Some("bench") => return std::env::args().nth(2).map_or_else(bench, |kind| measure(&kind)),
         Some(name) => {
             let built = Standard::default().build(name.parse::<Model>()?)?;
             Simulator::new(built.graph().clone(), RunConfig::seeded(Seed::new(1)))?

@@ -36,7 +36,7 @@ function endInWords(end, reason) {
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
   const { kind, why, attempt, object } = recovery;
-  return `${recoveryOf(kind, names.say(object))}${attempt > 1 ? `, for the ${ordinal(attempt)} time` : ""}: ${why}`;
+  return `${recoveryOf(kind, names.say(object))}${attempt > 1 ? `, the ${ordinal(attempt)} try with it` : ""}: ${why}`;
 }
 
 const ordinal = (number) => ["first", "second", "third", "fourth", "fifth"][number - 1] ?? `${number}th`;

@@ -86,7 +86,7 @@ impl Recovery {
         if self.name.is_empty() { &self.object } else { &self.name }
     }
 
-    /// Returns what the robot does, for which time if it is not the first, and why, as one sentence without a full stop.
+    /// Returns what the robot does, the number of the try if it is not the first, and why, as one sentence without a full stop.
     pub fn text(&self) -> String {
         let does = self.kind.describe(self.name());
         if self.attempt < 2 {
@@ -95,6 +95,6 @@ impl Recovery {
         let words = ["second", "third", "fourth", "fifth"];
         let ordinal = words.get(self.attempt - 2).map(|word| (*word).to_owned());
         let ordinal = ordinal.unwrap_or_else(|| format!("{}th", self.attempt));
-        format!("{does}, for the {ordinal} time: {}", self.why)
+        format!("{does}, the {ordinal} try with it: {}", self.why)
     }
 }

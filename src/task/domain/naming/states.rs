@@ -402,7 +402,7 @@ fn turned(states: &[FrameState], group: &[usize], all: &mut [Described]) {
         }
     }
     if any && states[base].frame == Frame::World && states[base].origin == Origin::Found {
-        all[base].rest = "as it was turned at the start".into();
+        all[base].rest = "turned as at the start".into();
     }
 }
 

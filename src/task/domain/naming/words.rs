@@ -178,7 +178,7 @@ impl RelationalDomain {
         match self.has_left(fact, [pose, first]) {
             true => words.replacen(
                 IN_START_AREA,
-                &format!("{IN_START_AREA}, farther out than any was found"),
+                &format!("loose, as {IN_START_AREA}, but outside it"),
                 1,
             ),
             false => words,
