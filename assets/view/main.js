@@ -95,7 +95,7 @@ class LivePage {
     const neurons = graph.nodes.reduce((sum, node) => sum + node.neurons, 0);
     byId("summary").textContent = `${graph.nodes.length} nodes, ${graph.edges.length} connections, ${neurons} spiking neurons, ticks of `
       + `${shortNumber(1000 * graph.dt_s)} ms.${hello.read_only ? " Read-only: the run can be watched, not changed." : ""}`;
-    const changing = "#bar button, #bar select, #changes button, #clamp, #set, #end, #forget, #grab, #move, #remove";
+    const changing = "#bar button, #bar input, #bar select, #changes button, #clamp, #set, #end, #forget, #grab, #move, #remove";
     document.querySelectorAll(changing).forEach((button) => { button.disabled = hello.read_only; });
     Object.keys(NOTES).forEach((path) => delete NOTES[path]);
     Object.assign(NOTES, graph.notes);
@@ -233,7 +233,7 @@ class LivePage {
 
   closed(why) {
     this.refusal(`${capital(why)}.`);
-    document.querySelectorAll("#bar button, #touch button, #log button").forEach((button) => { button.disabled = true; });
+    document.querySelectorAll("#bar button, #bar input, #touch button, #log button").forEach((button) => { button.disabled = true; });
   }
 }
 

@@ -76,8 +76,9 @@ class SvgPaper {
 
 // Three digits; of large numbers with `k`, `M` or `G` for thousands, millions and thousands of millions.
 function shortNumber(value) {
-  const [size, unit] = [[1e9, "G"], [1e6, "M"], [1e4, "k"]].find(([size]) => Math.abs(value) >= size) ?? [1, ""];
-  return Number((value / (unit === "k" ? 1e3 : size)).toPrecision(3)) + (unit && `\u202f${unit}`);
+  const units = [[1e9, 1e9, "\u202fG"], [1e6, 1e6, "\u202fM"], [1e4, 1e3, "\u202fk"]];
+  const [, size, unit] = units.find(([from]) => Math.abs(value) >= from) ?? [0, 1, ""];
+  return Number((value / size).toPrecision(3)) + unit;
 }
 // The path of a run of which a plot has nothing.
 const UNPLOTTED = { from: null, end: null, ticks: [], rows: [] };
