@@ -62,10 +62,8 @@ fn a_person_plots_silences_goes_back_and_finds_what_the_memory_is_for() {
     assert!(opened_ms < 10_000.0, "{opened_ms}");
     // The choice, and what the memory holds.
     for (module, button) in [("rules", "#values"), ("memory", "#similar")] {
-        page.click_until(
-            &format!("#network [data-path=\"{module}\"]"),
-            &format!("document.getElementById('chosen').textContent === '{module}'"),
-        );
+        page.click(&format!("#network [data-path=\"{module}\"]"));
+        page.until(&format!("document.getElementById('chosen').textContent === '{module}'"));
         if module == "rules" {
             page.value("document.getElementById('output').value = 'rules.chosen'");
         }
