@@ -12,7 +12,7 @@ function decisionsTable(episode, open) {
   grid.classList.add("decisions");
   const pressed = [...grid.querySelectorAll("tbody tr")].filter((_, i) => entries[i].act);
   pressed.forEach((row, i) => {
-    row.setAttribute("aria-label", `Decision ${i + 1}: ${acts[i].words ?? "nothing"}`);
+    row.setAttribute("aria-label", `${acts[i].step ? `Step ${acts[i].step}` : "Decision"}: ${acts[i].words ?? "nothing"}`);
     pressable(row, () => open(acts[i]));
   });
   return { grid, rows: pressed };
@@ -23,25 +23,31 @@ function reasoned(episode, act, index) {
   const { names } = episode;
   const lines = [];
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
-  if (act.action) line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
+  line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
   line("It had decided to", act.instead);
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
-  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(taken as so)" : "✓");
+  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(assumed, since something is in no state)" : "✓");
   const marked = (need) => (known ? `${names.say(need)} ${mark(need)}` : names.say(need));
   const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
   const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
   line("It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
   line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
-  if (act.action) line("It leads to", episode.leadsTo(index));
+  if (act.action) line("It brings about", episode.bringsAbout(index));
   line("Why so", act.recovery);
   if (act.action && !act.well) line("Meanwhile", episode.meddled(act));
   act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.sayState(nearest)}”: ${off}`));
-  const last = index === episode.acts.length - 1;
-  const what = act.action ? `${capital(act.words)}.` : last ? `Nothing: ${episode.outcome()}.` : "Nothing: it found no way, and looked again.";
+  const what = act.step ? `${act.step}. ${capital(act.words)}.` : act.action ? `Not begun: ${act.words}.` : idleInWords(episode, act, index);
   const list = make("ul", null, ...lines);
   list.className = "why";
-  return make("div", null, make("strong", `${index + 1}. ${what}`), ...(lines.length ? [list] : []));
+  return make("div", null, make("strong", what), ...(lines.length ? [list] : []));
+}
+
+// Why there is no step: the end of the episode, or nothing is possible as long as parts lie where no action takes them.
+function idleInWords(episode, act, index) {
+  if (index === episode.acts.length - 1) return `The end: ${episode.outcome()}.`;
+  const out = act.strays.map(({ object }) => episode.names.say(object));
+  return `No step: it knew no way${out.length ? ` with ${out.join(" and ")} out of place` : ""}, and looked again.`;
 }
 
 // Whether a fact that holds is a guess about a part in no state.
@@ -69,6 +75,6 @@ function outcomeOf(episode, act, index) {
   if (!act.action) return index === episode.acts.length - 1 ? episode.outcome() : "looked again";
   const word = make("span", act.came);
   word.className = act.well ? "good" : "bad";
-  const where = act.well || !act.landed ? [] : [make("div", landedInWords(act.landed))];
+  const where = act.well || !act.landed ? [] : [make("div", episode.landedInWords(act))];
   return make("div", null, word, ...where, make("div", `until ${seconds(act.until)}`), make("div", `thought ${act.took.toFixed(0)} ms`));
 }

@@ -25,6 +25,7 @@ class Episode {
   // Every decision with its outcome and the moment at which its action ended.
   join(decisions) {
     const last = this.end?.simulated_s ?? this.frames.t.at(-1) ?? 0;
+    let steps = 0;
     return decisions.map(({ decision, came = null }, i) => {
       const decided = decision.asked_s + decision.took_ms / 1000;
       const detour = detourInWords(decision.recovery, this.names);
@@ -32,11 +33,13 @@ class Episode {
       const outcome = !action ? null : decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
       const { landed = null } = decision;
       const off = outcome === "placed" && landed?.as_planned === false;
+      // Only what the robot began is a step.
+      const step = action && outcome !== "not begun" ? ++steps : null;
       return {
-        asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
+        step, asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came, well: outcome === "placed" && !off,
+        came: came === "placed" ? "done" : came, well: outcome === "placed" && !off,
         until: decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
@@ -51,38 +54,44 @@ class Episode {
     return this.domain?.operators?.find(({ name }) => name === (chosen?.operator ?? action))?.preconditions ?? [];
   }
 
-  // What a decision leads to, in words: goals that it reaches, and the next decision that needs what it brings about.
-  leadsTo(index) {
+  // What a decision brings about, in words: goals that it reaches, and the next step that needs it.
+  bringsAbout(index) {
     const act = this.acts[index];
     const fresh = act.gives.filter((fact) => !act.holds.includes(fact));
-    const goals = fresh.filter((fact) => this.goals.has(fact));
-    const later = this.acts.findIndex((other, i) => i > index && other.action && other.symbol !== act.symbol
-      && other.needs.some((need) => fresh.includes(need)));
-    const said = [];
+    const said = (facts) => [...new Set(this.names.shown(facts).map((fact) => this.names.say(fact)))];
+    const goals = said(fresh.filter((fact) => this.goals.has(fact)));
+    const later = this.acts.find((other, i) => i > index && other.step && other.symbol !== act.symbol
+      && other.needs.some((need) => fresh.includes(need) && !this.names.hidden.has(need)));
+    const needed = later ? said(later.needs.filter((need) => fresh.includes(need))).slice(0, 3) : [];
     // Of a term that counts objects, one step brings one.
-    const term = (fact) => (countsObjects(this.names.say(fact)) ? `one step towards “${this.names.say(fact)}”` : this.names.say(fact));
-    if (goals.length) said.push(`a part of the goal: ${goals.map(term).join("; ")}`);
-    if (later >= 0) {
-      const needed = this.acts[later].needs.filter((need) => fresh.includes(need));
-      const reached = goals.map((fact) => this.names.say(fact));
-      const others = needed.filter((need) => !goals.includes(need) && !reached.includes(this.names.say(need)));
-      const by = `which decision ${later + 1} needs (${this.acts[later].words})`;
-      if (others.length || !said.length) said.push(`${this.names.shown(others).slice(0, 3).map(term).join("; ")}, ${by}`);
-      else said[0] += `, ${by}`;
-    }
-    if (!said.length && fresh.length) said.push(this.names.shown(fresh).slice(0, 3).map(term).join("; "));
-    return said.join("; and ");
+    const reached = (words) => (countsObjects(words) ? `one more towards “${words}”, a part of the goal` : `${words}, a part of the goal`);
+    const lines = goals.map(reached);
+    // A goal says "a block" where the need says "the block".
+    const same = (need) => goals.includes(need.replace(/^the /, "a ").replace(/^a (?=[aeiou])/, "an "));
+    const others = needed.filter((need) => !same(need) && !goals.includes(need));
+    if (needed.length && !others.length) lines[0] += `, which step ${later.step} needs as well (${later.words})`;
+    else if (others.length) lines.push(`${others.join("; ")}, which step ${later.step} needs (${later.words})`);
+    return (lines.length ? lines : said(fresh).slice(0, 3)).join("; and ");
   }
 
   // What another hand did after a step was decided and before it ended. Another part than those of the step counts only if it
   // may have come in the way.
-  meddled({ decided, until, chosen, outcome }) {
+  meddled(act) {
+    const { decided, until, chosen, outcome } = act;
+    const lost = outcome === "dropped" ? this.lostAt(act) : undefined;
+    const when = (t) => (t >= lost ? "after the drop" : "after this was decided");
     const parts = (this.film?.objects?.parts ?? []).map(({ id }) => id);
     const own = [chosen?.object, chosen?.reference].filter((id) => id !== undefined && id !== null);
     // Of a step whose part is not known, any may be it.
     const all = own.length === 0 || !["dropped", "missed"].includes(outcome);
     const during = this.displaced.filter(({ t, object }) => t >= decided && t <= until && (all || own.includes(object) || !parts.includes(object)));
-    return during.map((one) => `at ${seconds(one.t, 1)}, after this was decided, ${one.words.replace(", not the robot,", "")}`).join("; ");
+    return during.map((one) => `at ${seconds(one.t, 1)}, ${when(one.t)}, ${one.words.replace(", not the robot,", "")}`).join("; ");
+  }
+
+  // Where a part was after its step. Its distance from the target says nothing of the step if another hand had moved it.
+  landedInWords({ decided, until, chosen, landed }) {
+    const moved = this.displaced.some(({ t, object }) => object === chosen?.object && t >= decided && t <= until);
+    return moved ? `${landed.words}, where another hand had put it` : landedInWords(landed);
   }
 
   // When the fingers lost the part of a decision; undefined if they never held it.

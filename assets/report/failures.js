@@ -9,7 +9,7 @@ function failuresOf(episode) {
     return lost === undefined ? act.came : act.came.replace("dropped", `dropped at ${seconds(lost, 1)}`);
   };
   const found = episode.acts.filter((act) => act.action && !act.well && act.outcome !== "not begun").map((act) => ({
-    time: act.until, lost: act.outcome === "dropped" ? episode.lostAt(act) : undefined, title: `${capital(act.words)}: ${came(act)}`, text: missedBy(episode, act) || landedOrTried(act),
+    time: act.until, lost: act.outcome === "dropped" ? episode.lostAt(act) : undefined, title: `${capital(act.words)}: ${came(act)}`, text: missedBy(episode, act) || landedOrTried(episode, act),
   }));
   const { end } = episode;
   if (end && (end.ended !== "GoalMet" || !end.assembled)) {
@@ -26,8 +26,9 @@ function failuresOf(episode) {
 }
 
 // Where a part was after its step if there are no pictures; of a step without a target, what was tried and why.
-function landedOrTried({ landed, instead, recovery }) {
-  if (landed) return landedInWords(landed);
+function landedOrTried(episode, act) {
+  const { landed, instead, recovery } = act;
+  if (landed) return episode.landedInWords(act);
   return [instead && `It had decided to ${instead}`, recovery && capital(recovery)].filter(Boolean).join(". ");
 }
 
@@ -37,8 +38,10 @@ function missedBy(episode, act) {
   if (!chosen?.target || episode.frames.count === 0) return "";
   const parts = episode.film?.objects?.parts ?? [];
   const [x, y, z] = chosen.target.position;
+  // Where it is before another hand moves it.
+  const moved = episode.displaced.find(({ t, object }) => object === chosen.object && t > act.decided && t <= until)?.t;
   const apart = parts.map(({ id }, index) => {
-    const [px, py, pz] = positionAt(episode.frames, index, until);
+    const [px, py, pz] = positionAt(episode.frames, index, moved === undefined ? until : moved - 0.1);
     return { id, across: Math.hypot(px - x, py - y), above: pz - z, all: Math.hypot(px - x, py - y, pz - z) };
   });
   const own = apart.find(({ id }) => id === chosen.object);
@@ -46,14 +49,14 @@ function missedBy(episode, act) {
   const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"}`;
   const name = episode.names.say(own.id);
   const meddled = episode.meddled(act);
-  if (act.landed && !act.landed.as_planned && act.outcome === "placed") return [capital(landedInWords(act.landed)), meddled].filter(Boolean).join("; ");
+  if (act.landed && !act.landed.as_planned && act.outcome === "placed") return [capital(episode.landedInWords(act)), meddled].filter(Boolean).join("; ");
   // What was dropped may have fallen to where it belongs.
   const there = own.across < 1e-3 && Math.abs(own.above) < 1e-3;
   const said = [there
     ? `${name} slipped from the fingers, and came to rest at its target all the same`
     : `${name} is ${millimetres(own.across, 0)} mm beside its target and ${height}`];
   const near = apart.filter(({ id }) => id !== own.id && id !== chosen.reference).sort((a, b) => a.all - b.all)[0];
-  if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from that target`);
+  if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from where it was to go`);
   if (meddled) said.push(meddled);
   return said.join("; ");
 }

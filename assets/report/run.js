@@ -252,7 +252,7 @@ class RunPage {
     const held = episode.heldAt(time);
     const hand = held === undefined ? [] : [`in the hand: ${episode.part(held)}`];
     if (!act) return ["no decision yet", ...hand];
-    const name = `decision ${index + 1}`;
+    const name = act.step ? `step ${act.step}` : "decision";
     if (time < act.decided) return [`${name}: deciding since ${seconds(act.asked, 3)}, takes ${act.took.toFixed(0)} ms`, ...hand];
     if (!act.action) return [`${name}: nothing to do`, ...hand];
     return [`${name}: ${act.words}, ${act.came} at ${seconds(act.until, 3)}`, ...hand];

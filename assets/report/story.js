@@ -11,7 +11,7 @@ function taken({ moved, alike, demonstrations }) {
 function story({ run, domain, recording }, episode) {
   const { summary = {} } = run ?? {};
   const goal = run?.goal_words ?? domain?.goal ?? run?.goal;
-  const acts = episode.acts.filter((act) => act.action && act.outcome !== "not begun");
+  const acts = episode.acts.filter((act) => act.step);
   const well = acts.filter((act) => act.well).length;
   const { episodes = 1 } = summary;
   const shown = recording
@@ -26,15 +26,14 @@ function story({ run, domain, recording }, episode) {
   const decided = episode.acts.length
     ? [`${plural(acts.length, "step")}, decided one at a time. The longest decision took ${longest.toFixed(0)} ms of simulated time.`]
     : ["No decisions are known."];
-  // The numbers are those of the decisions.
-  const steps = acts.map((act) => [episode.acts.indexOf(act) + 1, `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`]);
+  const steps = acts.map((act) => [act.step, `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`]);
   const inPlace = acts.filter((act) => !act.well && act.landed?.as_planned).length;
-  const also = inPlace ? `, and ${inPlace} more left the part in its place all the same` : "";
+  const also = inPlace ? `, and ${inPlace} more, though dropped, left the part in its place` : "";
   const failed = acts.length - well - inPlace;
   const unlike = acts.filter((act) => !act.well && act.landed && !act.landed.as_planned);
-  const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” went otherwise (${act.came}): ${landedInWords(act.landed)}.`);
+  const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” went otherwise (${act.came}): ${episode.landedInWords(act)}.`);
   if (unlike.length > 3) missed.push(`And ${unlike.length - 3} more: see “What went wrong”.`);
-  const done = [`${well} of ${plural(acts.length, "step")} ended as planned${also}${failed ? "; after the others it decided anew" : ""}.`, ...missed,
+  const done = [`${well || "None"} of ${plural(acts.length, "step")} ended as planned${also}${failed ? "; after the others it decided anew" : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
   const { interventions } = summary;
   if (interventions && episode.recorded) decided.push(`${plural(interventions, "intervention")} of a log changed the run as it went on, so this is not what it does by itself.`);

@@ -87,7 +87,7 @@ class Lanes extends Strip {
     pen.textAlign = "left";
     const from = Math.max(x(act.decided), this.axis.left);
     // Show as much text as there is room for. The outcome comes before the action.
-    const texts = [`${act.words}: ${act.came}`, act.words, act.came, act.came[0]];
+    const texts = [`${act.words}: ${act.came}`, act.words, act.came];
     const text = texts.find((text) => pen.measureText(text).width < x(act.until) - from - 8);
     if (text) pen.fillText(text, from + 4, rows[1] + 9);
   }

@@ -256,7 +256,7 @@ fn two_modules_stand_under_one_time_axis_and_values_are_read_by_pointer_and_by_k
         }
         assert_eq!(found["inside"], true, "the values hang out at {width} px");
         let decision = text(&found["decision"]);
-        assert!(decision.contains("decision 1: "), "{decision}");
+        assert!(decision.contains("step 1: "), "{decision}");
         assert_eq!(found["left"], true);
         assert_eq!(found["keyed"][0], false);
         assert!((number(&found["moment"]) - 0.11).abs() < 1e-6);
@@ -339,7 +339,7 @@ fn decisions_have_their_preconditions_and_reasons() {
     let script = "\
         found.acts = page.acts.map(({ action, needs, unmet, gives, holds }) => ({ action, needs, unmet, gives, holds }));\n\
         found.rows = page.decisionRows.map((row) => row.innerText);\n\
-        found.leads = page.acts.map((act, i) => page.episode.leadsTo(i));";
+        found.leads = page.acts.map((act, i) => page.episode.bringsAbout(i));";
     let found = opened_in(&Window { width: 1366, dark: false }, &without_words(&page()), script);
     let acts = found["acts"].as_array().expect("decisions");
     assert!(acts.len() >= 4);
@@ -351,13 +351,13 @@ fn decisions_have_their_preconditions_and_reasons() {
             assert!(list("holds").contains(&need), "{need} did not hold: {act}");
             assert!(row.contains(&format!("{} ✓", text(&need))), "{row}");
         }
-        assert!(row.contains("Not yet reached: ") && row.contains("It leads to: "), "{row}");
+        assert!(row.contains("Not yet reached: ") && row.contains("It brings about: "), "{row}");
         assert!(!text(&found["leads"][i]).is_empty(), "{row}");
     }
     // The first step is no part of the goal; the last one is.
     let first = text(&found["leads"][0]);
-    assert!(first.starts_with("BOLT_AT_BOLT_HOLE, which decision 3 needs ("), "{first}");
-    assert!(text(&found["leads"][2]).starts_with("a part of the goal"), "{}", found["leads"]);
+    assert!(first.starts_with("BOLT_AT_BOLT_HOLE, which step 3 needs ("), "{first}");
+    assert!(text(&found["leads"][2]).contains(", a part of the goal"), "{}", found["leads"]);
 }
 
 fn what_holds_is_that_of_the_moment_and_not_of_the_last_look() {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::nouns::{a, noun, symbol};
 use crate::robot::{Pose, rotation_between};
-use crate::task::domain::{Frame, FrameState, Origin, RelationalOperator, Turn};
+use crate::task::domain::{Frame, FrameState, GoalTerm, Origin, RelationalOperator, Turn};
 use crate::task::propositional::is_symbol;
 use crate::task::recording::Recording;
 
@@ -31,6 +31,9 @@ const OPENABLE: &[&str] =
 
 /// What is said of a state whose objects were found in an area.
 pub(super) const IN_START_AREA: &str = "in its start area";
+
+/// What is said of a state that makes room for others.
+const ASIDE: &str = "set aside";
 
 /// Offset across a frame above which an object lies beside it, and below which it is centred, in metres.
 const BESIDE_M: f64 = 0.04;
@@ -117,10 +120,11 @@ impl Names {
 }
 
 /// Gives symbols to all states and operators of a domain with frames, and returns their sentences. A state in the world
-/// that is one spot is named after a landmark near it.
+/// that is one spot is named after a landmark near it. `goals` is the goal, empty if it is not known.
 pub(crate) fn name_all(
     states: &mut [FrameState],
     operators: &mut [RelationalOperator],
+    goals: &[GoalTerm],
     landmarks: &[Landmark],
 ) -> BTreeMap<String, String> {
     let mut names = Names::default();
@@ -128,7 +132,7 @@ pub(crate) fn name_all(
         let place = state.places.first()?.pose();
         nearest(&place, landmarks).map(|landmark| landmark.kind.clone())
     };
-    let described = describe(states, near);
+    let described = describe(states, goals, near);
     let mut words = BTreeMap::new();
     for (state, own) in states.iter_mut().zip(&described) {
         state.name = names.take(&own.symbol);
@@ -153,6 +157,7 @@ pub(super) fn named_landmark(state: &FrameState) -> Option<String> {
 enum Way {
     Put,
     PutDown,
+    Aside,
     Open,
     Close,
     Turn,
@@ -178,7 +183,9 @@ impl Described {
         let kind = symbol(&self.noun);
         let own = self.symbol.strip_prefix(&kind).map(|rest| rest.trim_start_matches('_'));
         match (self.way, own) {
-            (Way::PutDown, _) => format!("PUT_DOWN_{}", self.symbol.replacen("_PLACED", "", 1)),
+            (Way::PutDown | Way::Aside, _) => {
+                format!("PUT_DOWN_{}", self.symbol.replacen("_PLACED", "", 1))
+            }
             (Way::Open, Some(how)) => format!("OPEN_{kind}{}", how.replacen("OPEN", "", 1)),
             (Way::Close, Some(how)) => format!("CLOSE_{kind}{}", how.replacen("CLOSED", "", 1)),
             (Way::Turn, Some(how)) => {
@@ -197,6 +204,7 @@ impl Described {
         match self.way {
             Way::Put => format!("put {kind} {rest}"),
             Way::PutDown => format!("put {kind} down {rest}"),
+            Way::Aside => format!("set {kind} aside{}", after(ASIDE)),
             Way::Open => format!("open {kind}{}", after("open")),
             Way::Close => format!("close {kind}{}", after("closed")),
             Way::Turn => match rest.strip_prefix("tipped") {
@@ -208,9 +216,11 @@ impl Described {
 }
 
 /// Says of each state what is known of it, so that no two descriptions are the same unless the states are.
-/// `near` returns the kind of a landmark near a state in the world.
+/// `near` returns the kind of a landmark near a state in the world. What is put down in an area that no term of the goal
+/// names, if there are terms, is set aside.
 pub(super) fn describe(
     states: &[FrameState],
+    goals: &[GoalTerm],
     near: impl Fn(&FrameState) -> Option<String>,
 ) -> Vec<Described> {
     let mut all: Vec<Described> = states.iter().map(first).collect();
@@ -221,6 +231,20 @@ pub(super) fn describe(
         {
             own.symbol = format!("{}_AT_{}", symbol(&state.kind), symbol(&place));
             (own.rest, own.way) = (format!("near the {}", noun(&place)), Way::Put);
+        }
+    }
+    let asked = |state: usize| {
+        goals
+            .iter()
+            .any(|term| term.reference.into_iter().chain(term.states()).any(|own| own == state))
+    };
+    for (index, own) in all.iter_mut().enumerate() {
+        if own.way == Way::PutDown
+            && is_region(&states[index])
+            && !goals.is_empty()
+            && !asked(index)
+        {
+            (own.rest, own.way) = (ASIDE.into(), Way::Aside);
         }
     }
     let mut groups: BTreeMap<(&str, &Frame), Vec<usize>> = BTreeMap::new();

@@ -83,9 +83,9 @@ pub(super) fn learn(
     let mut built = operators::find(&motion, &found);
     let fixed = |kind: &str| found.fixed.iter().any(|own| own == kind);
     let marks = landmarks(recording, fixed);
-    let words = name_all(&mut found.states, &mut built.operators, &marks);
     let goals::Goals { terms: goals, unachieved, missed } =
         goals::goals(&motion, &found, &built.operators);
+    let words = name_all(&mut found.states, &mut built.operators, &goals, &marks);
     let no_goal = goals.is_empty().then(|| goals::lacking(&motion, &found, &built.operators));
     let unachieved: Vec<String> =
         unachieved.into_iter().map(|state| found.states[state].name.clone()).collect();
