@@ -23,6 +23,6 @@ pub mod scene;
 pub mod skill;
 
 pub use error::RobotError;
-pub(crate) use pose::UP;
 pub use pose::{Pose, mean_orientation, rotation_between};
+pub(crate) use pose::{UP, quaternion_array};
 pub use report::{SkillOutcome, SkillReport, Touch};

@@ -54,6 +54,11 @@ pub(super) fn plan(args: &PlanArgs, scene: &Path, out: &Place) -> Result<Outcome
         warn(&warning);
         warnings.push(warning);
     }
+    if plan.apart {
+        let warning = "no way was found with the objects of a kind taken as one; the plan was made object by object";
+        warn(warning);
+        warnings.push(warning.into());
+    }
     let planner = &args.planner;
     let first = first(&plan, &planned);
     let shown = Shown {

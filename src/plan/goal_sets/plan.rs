@@ -209,6 +209,17 @@ pub fn pursue(
     spec: &GoalSetSpec,
     seed: Seed,
 ) -> Result<Course, GoalSetError> {
+    pursue_with(problem, world, spec, &populations(&spec.population)?, seed)
+}
+
+/// Plans and acts as [`pursue`] does, with these populations.
+pub(crate) fn pursue_with(
+    problem: &Grounded,
+    world: StripsWorld,
+    spec: &GoalSetSpec,
+    plan: &PopulationPlan,
+    seed: Seed,
+) -> Result<Course, GoalSetError> {
     let (fluents, operators) = (problem.fluents.len(), problem.operators.len());
     if let Some(slots @ ..2) = spec.slots {
         return Err(GoalSetError::Slots { slots });
@@ -269,8 +280,7 @@ pub fn pursue(
         // A name that is no group is a fault of the graph.
         graph.probe_at::<Vector>(&format!("planner/{path}/output"), ProbeSpec::default());
     }
-    let plan = populations(&spec.population)?;
-    let graph = graph.build(Timebase::default(), &plan, seed).map_err(SimError::from)?;
+    let graph = graph.build(Timebase::default(), plan, seed).map_err(SimError::from)?;
     let mut counter = spec.count_spikes.then(|| SpikeCounter::new(&graph, &planner.reach));
     let config = RunConfig::seeded(seed).in_world(world);
     let mut sim = Simulator::new(graph.into(), config)?;

@@ -375,10 +375,7 @@ impl Classifier {
 
     /// Returns the standard deviation in radians with which a tilt is compared.
     fn tilt_spread(&self, state: &FrameState, place: &Place) -> f64 {
-        let sd = match state.turn {
-            Turn::Free => 0.0,
-            Turn::Axis { sd, .. } | Turn::Full { sd } => sd,
-        };
+        let sd = state.turn.sd().unwrap_or(0.0);
         let own = predictive(self.priors.tilt_rad, sd, place.count);
         (PLAY.tilt_rad.powi(2) + own + self.noise_rad.powi(2)).sqrt()
     }
@@ -448,6 +445,7 @@ impl Classifier {
             return (distance, density, Offset::of(&deviation, vertical.as_ref(), 0.0));
         }
         let mean = Pose { position: pose.position, orientation: place.orientation };
+        let mean = state.turn.faced(&mean, pose);
         let (mut off_rad, mut turned) = (0.0, false);
         if state.turn_matters
             && let Some((angle, sd)) = state.turn.deviation(&mean, pose)

@@ -32,7 +32,7 @@ pub(super) fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>>
     let axis = match state.turn {
         Turn::Free => return None,
         Turn::Axis { axis, .. } => Vector3::from(axis),
-        Turn::Full { .. } => Vector3::z(),
+        Turn::Full { .. } | Turn::Sides { .. } => Vector3::z(),
     };
     Some(place.pose().rotation() * axis)
 }
@@ -111,7 +111,7 @@ pub(super) fn priors(states: &[FrameState]) -> Directions {
                 }
             }
         }
-        if let Turn::Axis { sd, .. } | Turn::Full { sd } = state.turn {
+        if let Some(sd) = state.turn.sd() {
             let dof = state.places.iter().map(|p| p.count.saturating_sub(1)).sum();
             pool.tilt(sd, dof);
         }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::classifier::Classifier;
 use super::layout::Located;
+use crate::robot::{Pose, quaternion_array};
 use crate::task::domain::{Frame, Origin, Turn, levelled};
 use crate::task::recording::{ObjectPose, Snapshot};
 
@@ -56,9 +57,13 @@ impl Classifier {
                 Some(reference) => scene.objects[reference].pose.rotation() * mean,
                 None => mean,
             };
+            let mean = Pose { orientation: quaternion_array(&mean), ..object.pose };
+            let mean = state.turn.faced(&mean, &object.pose).rotation();
             let (axis, sd) = match (state.turn, self.up) {
                 (Turn::Axis { axis, sd }, _) => (Vector3::from(axis), sd),
-                (Turn::Full { sd }, Some(up)) => (mean.inverse() * Vector3::ith(up, 1.0), sd),
+                (Turn::Full { sd } | Turn::Sides { sd, .. }, Some(up)) => {
+                    (mean.inverse() * Vector3::ith(up, 1.0), sd)
+                }
                 _ => continue,
             };
             let (shown, seen) = (mean * axis, object.pose.rotation() * axis);

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::counted::counted;
 use super::exclusion::exclusions;
 use super::facts::{GroundAction, Test};
 use super::ground::GroundProblem;
@@ -63,6 +64,8 @@ impl Problem<'_> {
 struct Compiler<'p> {
     problem: &'p Problem<'p>,
     in_force: &'p BTreeSet<(usize, usize)>,
+    /// The states of which conditions count what is left.
+    counted: BTreeSet<usize>,
     /// The facts. Their ids are the indices.
     tests: Vec<Test>,
     index: BTreeMap<Test, StateId>,
@@ -86,6 +89,7 @@ impl<'p> Compiler<'p> {
         Self {
             problem,
             in_force,
+            counted: counted(problem, in_force),
             tests: Vec::new(),
             index: BTreeMap::new(),
             actions: BTreeMap::new(),
@@ -153,7 +157,7 @@ impl<'p> Compiler<'p> {
         };
         let instances = |action: &GroundAction| known.operators[action.operator].instances;
         let mut actions: Vec<&GroundAction> = self.actions.keys().collect();
-        actions.sort_by_cached_key(|a| (harm(a), Reverse(instances(a)), *a));
+        actions.sort_by_cached_key(|a| (harm(a), Reverse(instances(a)), Reverse(a.among), *a));
         let mut symbols = Symbols::new(self.problem);
         let mut fact_words = Vec::with_capacity(self.tests.len());
         let states = self.tests.iter().map(|test| {
@@ -253,8 +257,11 @@ impl<'p> Compiler<'p> {
                     } else {
                         self.sources(o, object, reference, test)
                     };
-                    for source in sources {
-                        let action = GroundAction { operator: o, object, source, reference, place };
+                    let sources = sources.into_iter().flat_map(|s| self.among(s));
+                    for (source, among) in sources {
+                        let operator = o;
+                        let action =
+                            GroundAction { operator, object, source, reference, place, among };
                         if self.contributes(&action, test) {
                             causes.push(action);
                         }
@@ -263,6 +270,16 @@ impl<'p> Compiler<'p> {
             }
         }
         causes
+    }
+
+    /// Returns a source with each number of objects that may be there, if somebody counts them.
+    fn among(&self, source: Test) -> Vec<(Test, Option<usize>)> {
+        let state = match source.of[..] {
+            [(state, None)] if !source.given && self.counted.contains(&state) => state,
+            _ => return vec![(source, None)],
+        };
+        let all = self.problem.of_kind(&self.problem.domain.states[state].kind).count();
+        (source.least..=all.max(source.least)).rev().map(|n| (source.clone(), Some(n))).collect()
     }
 
     /// Returns the objects that an operator can move; `None` for interchangeable objects.
@@ -334,7 +351,8 @@ impl<'p> Compiler<'p> {
             let left = |s: usize| domain.states[s].kind == *kind && all.from.contains(&s);
             let own = object.is_none() && n.states().any(left);
             about_origin(n.condition.subject) || own
-        }) || all.side_effects.iter().any(|e| about_origin(e.condition.subject));
+        }) || self.leaves(operator).iter().any(|s| self.counted.contains(s))
+            || all.side_effects.iter().any(|e| about_origin(e.condition.subject));
         let counted =
             |s: usize| !test.forbids() && test.of.iter().any(|(x, p)| *x == s && p.is_none());
         let (mut anywhere, mut single): (Vec<usize>, Vec<Test>) = (Vec::new(), Vec::new());
@@ -425,17 +443,30 @@ impl<'p> Compiler<'p> {
             || (source.reference.is_none() && source.of.iter().all(|(state, _)| only(*state)))
     }
 
-    /// Returns whether an action ends a fact wherever it is done: it puts an object where none may be, or moves the one
-    /// object that the fact is about. How many others of its kind are there, it does not know.
+    /// Returns whether an action ends a fact wherever it is done: it puts an object where none may be, moves the one object that the fact
+    /// is about, or leaves too few of those that the fact counts.
     fn ends(&self, action: &GroundAction, test: &Test) -> bool {
         if test.forbids() {
             return test.most == Some(0) && self.enters(action, test);
         }
-        let one = test.object.is_some() && test.object == action.object;
+        let one = match test.object {
+            Some(object) => action.object == Some(object),
+            None => {
+                action.object.is_none_or(|object| !test.except.contains(&object))
+                    && self.is_alone(action)
+            }
+        };
         let left =
             action.source.of.iter().all(|s| test.of.contains(s) || test.of.contains(&(s.0, None)));
         let there = test.reference.is_none() || test.reference == action.source.reference;
-        one && left && there && !action.source.of.is_empty() && !self.enters(action, test)
+        let moved = one && left && there && !action.source.of.is_empty();
+        (moved || action.uses_up(test)) && !self.enters(action, test)
+    }
+
+    /// Returns whether the object of an action is the only one of its kind.
+    fn is_alone(&self, action: &GroundAction) -> bool {
+        let to = self.problem.domain.operators[action.operator].to;
+        self.problem.of_kind(&self.problem.domain.states[to].kind).nth(1).is_none()
     }
 
     /// Returns whether a side effect of an action can concern the objects of a test.
@@ -460,7 +491,10 @@ impl<'p> Compiler<'p> {
         let mut found = Found { preconditions: Vec::new(), undecided: Vec::new(), to };
         for (test, undecided) in self.needs(action) {
             let fact = self.fact(test);
-            found.preconditions.push(fact);
+            // What is left of a need and of a source can be one fact.
+            if !found.preconditions.contains(&fact) {
+                found.preconditions.push(fact);
+            }
             found.undecided.extend(undecided.map(|need| (fact, need)));
         }
         found
@@ -470,6 +504,8 @@ impl<'p> Compiler<'p> {
     fn needs(&self, action: &GroundAction) -> Vec<(Test, Option<usize>)> {
         let operator = &self.problem.domain.operators[action.operator];
         let mut needs = vec![(action.source.clone(), None)];
+        let more = |among: &Test| among.least > action.source.least;
+        needs.extend(action.among_test().filter(more).map(|among| (among, None)));
         let of = self.problem.excluded_by(operator.to, action.place);
         if !of.is_empty() {
             // An object that is turned in place, or put back, is not in its own way.

@@ -110,6 +110,8 @@ pub(super) struct GroundAction {
     pub source: Test,
     pub reference: Option<usize>,
     pub place: usize,
+    /// Least number of objects of its kind in the state that the object leaves, if a condition counts those that are left there.
+    pub among: Option<usize>,
 }
 
 impl GroundAction {

@@ -10,6 +10,7 @@
 
 mod assumed;
 mod compiler;
+mod counted;
 mod exclusion;
 mod facts;
 mod ground;

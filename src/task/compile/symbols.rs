@@ -313,10 +313,14 @@ impl<'p> Symbols<'p> {
             let but: Vec<String> = action.source.except.iter().map(|i| self.id(*i)).collect();
             parts.push(Factor { part: Part::Count, filler: format!("BUT_{}", but.join("_")) });
         }
+        let source_least = action.source.least;
         if (action.source.least, action.source.most) != (1, None) {
             let (least, most) = (action.source.least, action.source.most);
             let most = most.map_or_else(String::new, |m| format!("_TO_{m}"));
             parts.push(Factor { part: Part::Count, filler: format!("FROM_{least}{most}") });
+        }
+        if let Some(among) = action.among.filter(|n| *n > source_least) {
+            parts.push(Factor { part: Part::Count, filler: format!("AMONG_{among}") });
         }
         let own = self.take(self.action_symbol(action), self.action_words(action));
         self.factors.insert(own.symbol.clone(), parts);
@@ -362,8 +366,9 @@ impl<'p> Symbols<'p> {
         }
         let source = &action.source;
         symbol += &self.except_symbol(source, "_OTHER_THAN_");
-        if source.least != 1 {
-            symbol = format!("{symbol}_LEAVING_{}", source.least.saturating_sub(1));
+        let least = action.among.unwrap_or(source.least);
+        if least != 1 {
+            symbol = format!("{symbol}_LEAVING_{}", least.saturating_sub(1));
         }
         if let Some(most) = source.most {
             symbol = format!("{symbol}_OF_AT_MOST_{most}");
@@ -396,8 +401,9 @@ impl<'p> Symbols<'p> {
         if self.is_several(operator.to) {
             words = format!("{words}, at place {}", action.place + 1);
         }
-        if source.least != 1 {
-            words = format!("{words}, leaving at least {} there", source.least.saturating_sub(1));
+        let least = action.among.unwrap_or(source.least);
+        if least != 1 {
+            words = format!("{words}, leaving at least {} there", least.saturating_sub(1));
         }
         if let Some(most) = source.most {
             words = format!("{words}, of at most {most}");

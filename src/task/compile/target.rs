@@ -49,6 +49,7 @@ impl Problem<'_> {
         if state.turn == Turn::Free {
             pose.orientation = now.orientation;
         }
+        let pose = state.turn.faced(&pose, &now);
         TargetPose { pose: world_pose(&frame, &pose), turn: state.turn }
     }
 

@@ -1,6 +1,6 @@
 //! Checks a relational domain.
 
-use super::state::{Coordinate, Turn};
+use super::state::{Coordinate, MOST_SIDES, Turn};
 use super::{
     FrameState, GoalTerm, Need, Quantity, RelationalDomain, RelationalOperator, Role, SubKinds,
     Subject,
@@ -284,6 +284,11 @@ fn fault_of_state(state: &FrameState) -> Option<Fault> {
         Turn::Free => ([0.0, 0.0, 1.0], 0.0),
         Turn::Axis { axis, sd } => (axis, sd),
         Turn::Full { sd } => ([0.0, 0.0, 1.0], sd),
+        Turn::Sides { sides, .. } if !(2..=MOST_SIDES).contains(&sides) => {
+            let expected = format!("2 to {MOST_SIDES}");
+            return Some(Fault::new(format!("looks alike from {sides} sides"), expected));
+        }
+        Turn::Sides { axis, sd, .. } => (axis, sd),
     };
     let square: f64 = axis.iter().map(|v| v * v).sum();
     let usable = (square - 1.0).abs() < UNIT && sd >= 0.0 && sd.is_finite();

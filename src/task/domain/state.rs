@@ -1,10 +1,10 @@
 //! States in a frame: places, open coordinates and constrained orientations.
 
-use nalgebra::Vector3;
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::frame::Frame;
-use crate::robot::{Pose, rotation_between};
+use crate::robot::{Pose, quaternion_array, rotation_between};
 
 /// How objects came into a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -117,7 +117,19 @@ pub enum Turn {
         /// Standard deviation about each axis, in radians.
         sd: f64,
     },
+    /// Fully, but for an object that looks alike from several sides: it may be turned by parts of a full turn about an axis.
+    Sides {
+        /// The axis, a unit vector in the object's frame.
+        axis: [f64; 3],
+        /// Number of equal parts of a full turn, 2 to [`MOST_SIDES`].
+        sides: u8,
+        /// Standard deviation about each axis, in radians.
+        sd: f64,
+    },
 }
+
+/// Greatest number of sides from which an object may look alike.
+pub(crate) const MOST_SIDES: u8 = 12;
 
 impl Turn {
     /// Returns `free`, `axis` or `full`.
@@ -125,8 +137,31 @@ impl Turn {
         match self {
             Self::Free => "free",
             Self::Axis { .. } => "axis",
-            Self::Full { .. } => "full",
+            Self::Full { .. } | Self::Sides { .. } => "full",
         }
+    }
+
+    /// Returns the standard deviation of the constrained directions, in radians; `None` if the orientation is free.
+    pub fn sd(&self) -> Option<f64> {
+        match *self {
+            Self::Free => None,
+            Self::Axis { sd, .. } | Self::Full { sd } | Self::Sides { sd, .. } => Some(sd),
+        }
+    }
+
+    /// Returns `mean`, turned to the side from which an object that looks alike from several sides is nearest to `pose`. Both are in one
+    /// frame.
+    pub fn faced(&self, mean: &Pose, pose: &Pose) -> Pose {
+        let Self::Sides { axis, sides, .. } = *self else { return *mean };
+        let axis = Unit::new_normalize(Vector3::from(axis));
+        let alike = (0..sides).map(|k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(sides);
+            let turned = mean.rotation() * UnitQuaternion::from_axis_angle(&axis, angle);
+            (turned.angle_to(&pose.rotation()), turned)
+        });
+        let nearest = alike.min_by(|a, b| a.0.total_cmp(&b.0));
+        let orientation = nearest.map_or(mean.orientation, |(_, q)| quaternion_array(&q));
+        Pose { orientation, ..*mean }
     }
 
     /// Returns the angle by which `pose` deviates from `mean` in the constrained directions, in radians, and its
@@ -139,8 +174,8 @@ impl Turn {
                 let (a, b) = (mean.rotation() * axis, pose.rotation() * axis);
                 Some((a.angle(&b), *sd))
             }
-            Self::Full { sd } => {
-                let turn = rotation_between(mean, pose);
+            Self::Full { sd } | Self::Sides { sd, .. } => {
+                let turn = rotation_between(&self.faced(mean, pose), pose);
                 Some((turn.iter().map(|v| v * v).sum::<f64>().sqrt(), *sd))
             }
         }

@@ -165,7 +165,9 @@ fn target_of(pose: &Pose, turn: &Turn) -> Target {
         Turn::Axis { axis, .. } if axis[2].abs() > 0.99 => {
             Facing::Axis((rotation * Vector3::z()).into())
         }
-        Turn::Axis { .. } | Turn::Full { .. } => Facing::Full(pose.orientation),
+        Turn::Axis { .. } | Turn::Full { .. } | Turn::Sides { .. } => {
+            Facing::Full(pose.orientation)
+        }
     };
     Target { position: pose.position, facing }
 }

@@ -16,7 +16,7 @@ mod vocabulary;
 
 use thiserror::Error;
 
-pub use relational::of_relational;
+pub use relational::{facts_of, of_relational};
 
 use crate::plan::strips;
 

@@ -64,8 +64,7 @@ pub fn of_relational(
     notes.extend(
         problem.goals().iter().map(|goal| format!("Goal: {}.", learned.goal_in_words(goal))),
     );
-    let objects = problem.objects();
-    let names: Vec<String> = objects.iter().map(|object| words.names.fresh(&object.id)).collect();
+    let (objects, names) = (problem.objects(), object_names(problem, &mut words));
     for ((object, name), fact) in objects.iter().zip(&names).zip(now) {
         let Some(kind) = words.kinds.get(&*object.kind) else {
             let (id, kind) = (&object.id, &object.kind);
@@ -80,9 +79,7 @@ pub fn of_relational(
             notes.push(format!("{name} is in no state."));
         }
     }
-    for (object, fact) in now.iter().enumerate() {
-        of_problem.init.extend(fact.map(|fact| words.fact(object, &fact, &names)));
-    }
+    of_problem.init.extend(facts(&words, &names, now));
     for (kind, predicate) in &words.firsts {
         let first = of_problem.objects.iter().find(|object| object.types[0] == *kind);
         let arguments: Vec<String> = first.iter().map(|object| object.name.clone()).collect();
@@ -92,6 +89,29 @@ pub fn of_relational(
     }
     of_problem.comments = notes;
     Ok(Written { domain, problem: of_problem })
+}
+
+/// Returns what [`of_relational`] writes of a situation: the states of the objects.
+///
+/// # Panics
+/// As [`of_relational`].
+pub fn facts_of(problem: &Problem<'_>, now: &Situation) -> Vec<Fact> {
+    let mut words = Vocabulary::new(problem.domain());
+    let names = object_names(problem, &mut words);
+    facts(&words, &names, now).collect()
+}
+
+fn object_names(problem: &Problem<'_>, words: &mut Vocabulary) -> Vec<String> {
+    problem.objects().iter().map(|object| words.names.fresh(&object.id)).collect()
+}
+
+fn facts<'a>(
+    words: &'a Vocabulary,
+    names: &'a [String],
+    now: &'a Situation,
+) -> impl Iterator<Item = Fact> + 'a {
+    let all = now.iter().enumerate().filter_map(|(object, fact)| Some((object, (*fact)?)));
+    all.map(|(object, fact)| words.fact(object, &fact, names))
 }
 
 /// Returns the condition of a term of the goal.

@@ -59,6 +59,7 @@
 //! reachable. This ignores that actions can also end states; the robot notices an ended state when it
 //! re-plans.
 
+mod apart;
 mod board;
 mod build;
 mod chain;

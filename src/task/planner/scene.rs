@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::build::PlannerBuild;
 use super::decision::Decision;
-use super::rollout::{PlanEnd, Prediction};
+use super::rollout::{PlanEnd, PlannedStep, Prediction};
 use crate::sim::SimDuration;
 use crate::task::classify::Layout;
 use crate::task::compile::{
@@ -70,11 +70,14 @@ pub struct ScenePlan {
     pub ground: Option<GroundProblem>,
     /// Ids of the objects in no state that were taken to be in a state that some action leaves, because the plan is better so.
     pub assumed: Vec<Arc<str>>,
+    /// Whether the moves were found object by object, because no way was found where the objects of a kind are taken as one.
+    pub apart: bool,
 }
 
 impl ScenePlan {
     fn without_decision(end: SceneEnd) -> Self {
-        Self { moves: Vec::new(), end, last: None, ground: None, assumed: Vec::new() }
+        let (moves, assumed) = (Vec::new(), Vec::new());
+        Self { moves, end, last: None, ground: None, assumed, apart: false }
     }
 
     /// Returns the plan for a goal that cannot be asked for.
@@ -108,6 +111,7 @@ impl SceneEnd {
 }
 
 /// A situation that changes as the operators predict.
+#[derive(Clone)]
 struct Predicted<'p> {
     problem: &'p Problem<'p>,
     ground: &'p GroundProblem,
@@ -136,6 +140,15 @@ impl Prediction for Predicted<'_> {
         let Some(chosen) = moves.first().copied() else {
             return Some(PlanEnd::Impossible(action));
         };
+        self.carry_out(chosen);
+        let circle = self.seen.contains(&self.situation) || self.moves.len() >= self.most_moves;
+        circle.then_some(PlanEnd::Circle)
+    }
+}
+
+impl Predicted<'_> {
+    /// Lets a move have its effects.
+    fn carry_out(&mut self, chosen: Move) {
         let target = self.problem.target(&chosen, &self.layout);
         let decided = self.problem.decided(&chosen, &self.situation);
         self.moves.push((chosen, target, decided));
@@ -143,15 +156,14 @@ impl Prediction for Predicted<'_> {
         let after = self.problem.after(&chosen, &self.situation);
         let before = std::mem::replace(&mut self.situation, after);
         self.seen.push(before);
-        let circle = self.seen.contains(&self.situation) || self.moves.len() >= self.most_moves;
-        circle.then_some(PlanEnd::Circle)
     }
 }
 
 impl PlannerBuild {
     /// Plans in the scene of a problem: asks the planner for one move after another, in situations predicted from the
     /// operators. If the goal is out of reach, or only within reach without some undecided conditions, objects in no state that lie as high
-    /// and as upright as in a known place are taken to be in a state that some action leaves, if that helps. A decision of the planner of goal sets takes at most the simulated time `limit`.
+    /// and as upright as in a known place are taken to be in a state that some action leaves, if that helps. Where the planner of goal
+    /// sets finds no way in a problem that takes the objects of a kind as one, it plans object by object. A decision of the planner of goal sets takes at most the simulated time `limit`.
     ///
     /// ```
     /// use symbolt::neurons::Population;
@@ -258,17 +270,25 @@ impl PlannerBuild {
             Err(error) => return Err(error.into()),
         };
         let planner = self.over_ground(&ground)?;
-        let (seen, moves) = (Vec::new(), Vec::new());
-        let mut predicted = Predicted {
-            problem,
-            ground: &ground,
-            layout: layout.clone(),
-            situation,
-            seen,
-            most_moves,
-            moves,
-        };
-        let plan = planner.roll_out(&mut predicted, limit)?;
+        let (layout, seen, moves) = (layout.clone(), Vec::new(), Vec::new());
+        let start = situation.clone();
+        let begin =
+            Predicted { problem, ground: &ground, layout, situation, seen, most_moves, moves };
+        let mut predicted = begin.clone();
+        let mut plan = planner.roll_out(&mut predicted, limit)?;
+        let mut apart = false;
+        if matches!(plan.end, PlanEnd::Stuck(_) | PlanEnd::Circle)
+            && let Some(found) = self.plan_apart(problem, &ground, &start, limit)
+            && found.len() <= most_moves
+        {
+            (apart, predicted) = (true, begin);
+            let steps = found.into_iter().map(|(chosen, action, decision)| {
+                predicted.carry_out(chosen);
+                PlannedStep { action, decision }
+            });
+            plan.steps = steps.collect();
+            plan.end = PlanEnd::Met;
+        }
         let id = |object: usize| problem.objects()[object].id.clone();
         let moves = predicted.moves.into_iter().zip(plan.steps);
         let moves = moves.map(|((chosen, target, decided), step)| SceneMove {
@@ -283,6 +303,7 @@ impl PlannerBuild {
             decision: step.decision,
         });
         let (moves, end) = (moves.collect(), SceneEnd::of(&ground, plan.end));
-        Ok(ScenePlan { moves, end, last: plan.last, ground: Some(ground), assumed: Vec::new() })
+        let (last, ground, assumed) = (plan.last, Some(ground), Vec::new());
+        Ok(ScenePlan { moves, end, last, ground, assumed, apart })
     }
 }

@@ -512,6 +512,9 @@ impl FrameState {
             Turn::Free => "any".into(),
             Turn::Axis { sd, .. } => fixed("one axis", sd),
             Turn::Full { sd } => fixed("all axes", sd),
+            Turn::Sides { sd, sides, .. } => {
+                fixed(&format!("all axes, alike from {sides} sides"), sd)
+            }
         }
     }
 }

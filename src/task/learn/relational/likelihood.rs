@@ -28,10 +28,10 @@ const UNEVEN: f64 = -4.0;
 /// Ratio of a variance to that of noise up to which it may be noise. Of few values, the variance is uncertain.
 const NOISE: f64 = 5.0;
 /// Numbers of sides from which objects may look alike, and of poses from which this is seen.
-const SIDES: [f64; 4] = [2.0, 3.0, 4.0, 6.0];
-const SYMMETRIC: usize = 3;
+pub(super) const SIDES: [f64; 4] = [2.0, 3.0, 4.0, 6.0];
+pub(super) const SYMMETRIC: usize = 3;
 /// Evidence for such sides up to which they may be chance, in nats: few angles nearly fit some number of sides.
-const BY_CHANCE: f64 = 3.0;
+pub(super) const BY_CHANCE: f64 = 3.0;
 /// Volume of the rotations as rotation vectors, per coordinate: the cube root of 8 pi squared.
 const TURN_EXTENT: f64 = 4.290_6;
 /// The same for directions: the square root of 4 pi.
@@ -248,31 +248,30 @@ impl Likelihood {
         let explained = explained_share(n) * sums.noise_rad;
         let squares = about(n, &sums.turn);
         let axis = (0..3).min_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(2);
-        let mean = sums.turn.column(axis).normalize();
-        let aside = if mean.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
-        let aside = (aside - mean * mean.dot(&aside)).normalize();
-        let ahead = mean.cross(&aside);
-        let angle = |turn: &Matrix3<f64>| {
-            let side = turn.column((axis + 1) % 3);
-            side.dot(&ahead).atan2(side.dot(&aside))
-        };
-        let tilt = (squares[axis] - 2.0 * explained).max(0.0);
+        let folded = self.sides(turns, axis, explained);
+        // What lies face up or face down has no such axis, but its sides are all horizontal.
+        let best = folded.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let [free, axis, full] = self.turn(n, &sums.turn, explained);
+        let best = best - (3.0 * SIDES.len() as f64).ln();
+        (best - BY_CHANCE - log_add(log_add(free, axis), full)).max(0.0)
+    }
+
+    /// Returns the log likelihoods, relative to uniform ones, of orientations in which one axis of the object points in one direction and
+    /// its turns about that are parts of a full turn: one for each number of [`SIDES`]; minus infinity if the axis does not point
+    /// in one direction. `explained` is as in [`turn`](Self::turn).
+    pub fn sides(&self, turns: &[Matrix3<f64>], axis: usize, explained: f64) -> [f64; 4] {
+        let n = turns.len();
+        let sum: Matrix3<f64> = turns.iter().sum();
+        let tilt = (about(n, &sum)[axis] - 2.0 * explained).max(0.0);
         let direction = self.tight(n, tilt / 2.0, DIRECTION_EXTENT, self.scale_rad);
         let direction = 2.0 * (direction + n as f64 * DIRECTION_EXTENT.ln());
-        // What lies face up or face down has no such axis, but its sides are all horizontal.
-        if direction <= 0.0 {
-            return 0.0;
-        }
-        let folded = SIDES.iter().map(|sides| {
-            let sum = |of: fn(f64) -> f64| turns.iter().map(|t| of(sides * angle(t))).sum::<f64>();
-            let spread = 2.0 * (n as f64 - sum(f64::cos).hypot(sum(f64::sin))) / (sides * sides);
+        SIDES.map(|sides| {
             let extent = std::f64::consts::TAU / sides;
-            let around = self.tight(n, (spread - explained).max(0.0), extent, self.scale_rad);
-            direction + around + n as f64 * extent.ln()
-        });
-        let [free, axis, full] = self.turn(n, &sums.turn, explained);
-        let best = folded.fold(f64::NEG_INFINITY, f64::max) - (3.0 * SIDES.len() as f64).ln();
-        (best - BY_CHANCE - log_add(log_add(free, axis), full)).max(0.0)
+            let squares = (folded(turns, axis, sides) - explained).max(0.0);
+            let around = self.tight(n, squares, extent, self.scale_rad);
+            let likely = direction + around + n as f64 * extent.ln();
+            if direction > 0.0 { likely } else { f64::NEG_INFINITY }
+        })
     }
 
     /// Log marginal likelihood of `n` orientations, relative to uniform ones.
@@ -294,6 +293,23 @@ pub(super) fn overall(n: usize, turn: &Matrix3<f64>) -> f64 {
     roots.sort_by(|a, b| b.total_cmp(a));
     let last = if turn.determinant() < 0.0 { -roots[2] } else { roots[2] };
     3.0 * n as f64 - (roots[0] + roots[1] + last)
+}
+
+/// Returns the sum of the squared angles of orientations about their mean, when turned by parts of a full turn about an axis of the object
+/// as near to it as they come.
+pub(super) fn folded(turns: &[Matrix3<f64>], axis: usize, sides: f64) -> f64 {
+    let sum: Matrix3<f64> = turns.iter().sum();
+    let mean = sum.column(axis).normalize();
+    let aside = if mean.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
+    let aside = (aside - mean * mean.dot(&aside)).normalize();
+    let ahead = mean.cross(&aside);
+    let angle = |turn: &Matrix3<f64>| {
+        let side = turn.column((axis + 1) % 3);
+        side.dot(&ahead).atan2(side.dot(&aside))
+    };
+    let total = |of: fn(f64) -> f64| turns.iter().map(|t| of(sides * angle(t))).sum::<f64>();
+    let spread = turns.len() as f64 - total(f64::cos).hypot(total(f64::sin));
+    2.0 * spread / (sides * sides)
 }
 
 pub(super) fn log_add(a: f64, b: f64) -> f64 {

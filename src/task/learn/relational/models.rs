@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::frames::Frames;
-use super::likelihood::{Likelihood, Spread, about, overall};
+use super::likelihood::{BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, folded, overall};
 use super::motion::Came;
 use super::places::Group;
 use crate::robot::{Pose, mean_orientation};
@@ -35,7 +35,7 @@ impl Frames<'_, '_> {
                 rests.iter().filter_map(|r| self.pose(*r, frame)).collect()
             })
             .collect();
-        let turn = turn(&poses, &likelihood);
+        let turn = turn(&poses, origin, &likelihood);
         let places: Vec<Place> =
             poses.iter().map(|p| self.place(p, &turn, frame, &likelihood)).collect();
         let frame = match frame.checked_sub(1) {
@@ -131,7 +131,7 @@ fn range(sorted: &[f64], in_frame: bool) -> (f64, f64) {
 }
 
 /// Chooses how a state constrains the orientation.
-fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
+fn turn(places: &[Vec<Pose>], origin: Origin, likelihood: &Likelihood) -> Turn {
     let mut logs = [0.0; 3];
     let (mut by_axis, mut all, mut free) = ([0.0; 3], 0.0, 0.0);
     for poses in places {
@@ -144,13 +144,18 @@ fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
         free += n.saturating_sub(1) as f64;
     }
     let sd = |squares: f64, dof: f64| (squares.max(0.0) / (dof * f64::max(free, 1.0))).sqrt();
+    let best = (0..3).min_by(|a, b| by_axis[*a].total_cmp(&by_axis[*b])).unwrap_or(2);
+    if origin == Origin::Placed
+        && let Some(alike) = sides(places, best, likelihood, logs[0].max(logs[1]).max(logs[2]))
+    {
+        return alike;
+    }
     if free == 0.0 || logs[0] >= logs[1].max(logs[2]) {
         return Turn::Free;
     }
     if logs[2] >= logs[1] && sd(all, 3.0) < WILD_RAD {
         return Turn::Full { sd: sd(all, 3.0) };
     }
-    let best = (0..3).min_by(|a, b| by_axis[*a].total_cmp(&by_axis[*b])).unwrap_or(2);
     let spread = sd(by_axis[best], 2.0);
     if spread >= WILD_RAD {
         return Turn::Free;
@@ -160,9 +165,38 @@ fn turn(places: &[Vec<Pose>], likelihood: &Likelihood) -> Turn {
     Turn::Axis { axis, sd: spread }
 }
 
-/// Returns the orientation of a place: the mean if it is fully constrained, else that of the most central pose.
+/// Returns that objects which were put down turned by parts of a full turn about an axis look alike from so many sides, if that is
+/// likelier than `other`, the best evidence for another turn, and not by chance.
+fn sides(places: &[Vec<Pose>], axis: usize, likelihood: &Likelihood, other: f64) -> Option<Turn> {
+    let turned = |p: &Pose| *p.rotation().to_rotation_matrix().matrix();
+    let all: Vec<Vec<Matrix3<f64>>> =
+        places.iter().map(|poses| poses.iter().map(turned).collect()).collect();
+    let count: usize = all.iter().map(Vec::len).sum();
+    if count < SYMMETRIC {
+        return None;
+    }
+    let mut evidence = [-(3.0 * SIDES.len() as f64).ln(); 4];
+    for turns in all.iter().filter(|turns| turns.len() > 1) {
+        let own = likelihood.sides(turns, axis, 0.0);
+        evidence.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+    }
+    let best = (0..4).max_by(|a, b| evidence[*a].total_cmp(&evidence[*b]))?;
+    let free = all.iter().map(|turns| turns.len() - 1).sum::<usize>().max(1) as f64;
+    let around: f64 = all.iter().map(|turns| folded(turns, axis, SIDES[best])).sum();
+    let tilt: f64 = all.iter().map(|turns| about(turns.len(), &turns.iter().sum())[axis]).sum();
+    let sd = ((around + tilt).max(0.0) / (3.0 * free)).sqrt();
+    let likely = evidence[best] > other + BY_CHANCE && sd < WILD_RAD;
+    let mut unit = [0.0; 3];
+    unit[axis] = 1.0;
+    likely.then_some(Turn::Sides { axis: unit, sides: SIDES[best] as u8, sd })
+}
+
+/// Returns the orientation of a place: the mean if it is fully constrained, else that of the most central pose. Of an object that looks
+/// alike from several sides, it is the mean from the side of the first pose.
 fn central(poses: &[Pose], turn: &Turn) -> [f64; 4] {
-    let all: Vec<[f64; 4]> = poses.iter().map(|p| p.orientation).collect();
+    let first = poses.first();
+    let faced = |p: &Pose| first.map_or(p.orientation, |first| turn.faced(p, first).orientation);
+    let all: Vec<[f64; 4]> = poses.iter().map(faced).collect();
     let mean = mean_orientation(&all).unwrap_or([0.0, 0.0, 0.0, 1.0]);
     let along = |p: &Pose| match turn {
         Turn::Axis { axis, .. } => p.rotation() * Vector3::from(*axis),
@@ -178,7 +212,7 @@ fn central(poses: &[Pose], turn: &Turn) -> [f64; 4] {
     };
     let middle = poses.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
     match turn {
-        Turn::Full { .. } => mean,
+        Turn::Full { .. } | Turn::Sides { .. } => mean,
         _ => middle.map_or(mean, |p| p.orientation),
     }
 }
