@@ -248,7 +248,7 @@ impl Likelihood {
         let explained = explained_share(n) * sums.noise_rad;
         let squares = about(n, &sums.turn);
         let axis = (0..3).min_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(2);
-        let folded = self.sides(turns, axis, explained);
+        let folded = SIDES.map(|sides| self.sides(turns, (axis, sides), explained));
         // What lies face up or face down has no such axis, but its sides are all horizontal.
         let best = folded.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let [free, axis, full] = self.turn(n, &sums.turn, explained);
@@ -256,22 +256,26 @@ impl Likelihood {
         (best - BY_CHANCE - log_add(log_add(free, axis), full)).max(0.0)
     }
 
-    /// Returns the log likelihoods, relative to uniform ones, of orientations in which one axis of the object points in one direction and
-    /// its turns about that are parts of a full turn: one for each number of [`SIDES`]; minus infinity if the axis does not point
-    /// in one direction. `explained` is as in [`turn`](Self::turn).
-    pub fn sides(&self, turns: &[Matrix3<f64>], axis: usize, explained: f64) -> [f64; 4] {
+    /// Returns the log likelihood, relative to uniform ones, of orientations in which an axis of the object points in one direction and its
+    /// turns about that are one of so many equal parts of a full turn; minus infinity if the axis does not point in one direction.
+    /// `explained` is as in [`turn`](Self::turn).
+    pub fn sides(
+        &self,
+        turns: &[Matrix3<f64>],
+        (axis, sides): (usize, f64),
+        explained: f64,
+    ) -> f64 {
         let n = turns.len();
-        let sum: Matrix3<f64> = turns.iter().sum();
-        let tilt = (about(n, &sum)[axis] - 2.0 * explained).max(0.0);
+        let tilt = (about(n, &turns.iter().sum())[axis] - 2.0 * explained).max(0.0);
         let direction = self.tight(n, tilt / 2.0, DIRECTION_EXTENT, self.scale_rad);
         let direction = 2.0 * (direction + n as f64 * DIRECTION_EXTENT.ln());
-        SIDES.map(|sides| {
-            let extent = std::f64::consts::TAU / sides;
-            let squares = (folded(turns, axis, sides) - explained).max(0.0);
-            let around = self.tight(n, squares, extent, self.scale_rad);
-            let likely = direction + around + n as f64 * extent.ln();
-            if direction > 0.0 { likely } else { f64::NEG_INFINITY }
-        })
+        if direction <= 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        let extent = std::f64::consts::TAU / sides;
+        let squares = (folded(turns, axis, sides) - explained).max(0.0);
+        let around = self.tight(n, squares, extent, self.scale_rad);
+        direction + around + n as f64 * extent.ln()
     }
 
     /// Log marginal likelihood of `n` orientations, relative to uniform ones.

@@ -13,6 +13,8 @@ use crate::task::learn::gaussian::robust_mean;
 
 /// Number of poses below which a loose agreement is taken for chance.
 const FEW: usize = 8;
+/// Standard deviation of turns about an axis, as a share of the turn from one side to the next, up to which sides are told apart.
+const NARROW: f64 = 1.0 / 16.0;
 /// Spread of a loose agreement, in standard deviations of careful placing.
 const CHANCE_SD: f64 = 5.0;
 
@@ -175,20 +177,24 @@ fn sides(places: &[Vec<Pose>], axis: usize, likelihood: &Likelihood, other: f64)
     if count < SYMMETRIC {
         return None;
     }
-    let mut evidence = [-(3.0 * SIDES.len() as f64).ln(); 4];
-    for turns in all.iter().filter(|turns| turns.len() > 1) {
-        let own = likelihood.sides(turns, axis, 0.0);
-        evidence.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
-    }
+    let prior = -(3.0 * SIDES.len() as f64).ln();
+    let evidence = |sides: f64| {
+        let several = all.iter().filter(|turns| turns.len() > 1);
+        prior + several.map(|turns| likelihood.sides(turns, (axis, sides), 0.0)).sum::<f64>()
+    };
+    // From one side, turns about the axis may be less exact than tilts.
+    let other = other.max(evidence(1.0));
+    let evidence = SIDES.map(evidence);
     let best = (0..4).max_by(|a, b| evidence[*a].total_cmp(&evidence[*b]))?;
     let free = all.iter().map(|turns| turns.len() - 1).sum::<usize>().max(1) as f64;
     let around: f64 = all.iter().map(|turns| folded(turns, axis, SIDES[best])).sum();
     let tilt: f64 = all.iter().map(|turns| about(turns.len(), &turns.iter().sum())[axis]).sum();
     let sd = ((around + tilt).max(0.0) / (3.0 * free)).sqrt();
     let likely = evidence[best] > other + BY_CHANCE && sd < WILD_RAD;
+    let clear = around.max(0.0) / free < (NARROW * std::f64::consts::TAU / SIDES[best]).powi(2);
     let mut unit = [0.0; 3];
     unit[axis] = 1.0;
-    likely.then_some(Turn::Sides { axis: unit, sides: SIDES[best] as u8, sd })
+    (likely && clear).then_some(Turn::Sides { axis: unit, sides: SIDES[best] as u8, sd })
 }
 
 /// Returns the orientation of a place: the mean if it is fully constrained, else that of the most central pose. Of an object that looks
