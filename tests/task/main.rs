@@ -18,6 +18,7 @@ mod strips;
 mod tally;
 
 mod adl;
+mod alike_and_apart;
 mod alternatives;
 mod attempts;
 mod attributes;

@@ -10,10 +10,10 @@ use symbolt::task::{Demonstration, Snapshot};
 use super::modes::{Draw, acted, recording, shown};
 use super::several_places::{flat, learned, noisy, objects, on};
 
-type Things = Vec<(&'static str, Pose)>;
-type Moves = Vec<Vec<(usize, Pose)>>;
+pub(super) type Things = Vec<(&'static str, Pose)>;
+pub(super) type Moves = Vec<Vec<(usize, Pose)>>;
 
-fn planned(domain: &RelationalDomain, things: &Things) -> ScenePlan {
+pub(super) fn planned(domain: &RelationalDomain, things: &Things) -> ScenePlan {
     let scene = Snapshot { objects: objects(things), ..Snapshot::default() };
     let layout = Classifier::new(domain).classify(&scene);
     let problem = Problem::new(domain, &layout).expect("a problem");
