@@ -30,7 +30,8 @@ fn turn_in_bay(seed: u64, mm: f64, turn: &dyn Fn(&mut Draw) -> f64) -> (Relation
 
 #[test]
 fn a_part_that_fits_either_way_round_is_not_turned_at_will() {
-    let sides = |turn: Turn| if let Turn::Sides { sides, .. } = turn { usize::from(sides) } else { 0 };
+    let sides =
+        |turn: Turn| if let Turn::Sides { sides, .. } = turn { usize::from(sides) } else { 0 };
     // By chance, all five demonstrations show one side.
     let mut told = [0; 2];
     for (at, mm) in [0.2, 2.0].into_iter().enumerate() {
@@ -47,7 +48,12 @@ fn a_part_that_fits_either_way_round_is_not_turned_at_will() {
             assert_eq!((&plan.end, plan.moves.len()), (&SceneEnd::Met, 1));
             let target = &plan.moves[0].target;
             let about = |other: &Pose| {
-                rotation_between(other, &target.pose).iter().map(|v| v * v).sum::<f64>().sqrt().to_degrees()
+                rotation_between(other, &target.pose)
+                    .iter()
+                    .map(|v| v * v)
+                    .sum::<f64>()
+                    .sqrt()
+                    .to_degrees()
             };
             let off = [0.0, 180.0].map(|yaw| about(&on(&things[0].1, &flat(0.0, 0.0, 0.0, yaw))));
             assert_eq!(target.turn.name(), "full");
@@ -79,7 +85,8 @@ fn table(draw: &mut Draw, mats: usize) -> (Things, Moves) {
     let own = |place: Pose| (0..mats).map(|k| on(&things[k].1, &place)).collect::<Vec<_>>();
     let plates = own(flat(0.0, 0.0, 0.005, 0.0));
     let glasses = own(flat(0.1, 0.09, 0.05, 0.0));
-    let bowls: Vec<Pose> = plates.iter().map(|plate| on(plate, &flat(0.0, 0.0, 0.015, 0.0))).collect();
+    let bowls: Vec<Pose> =
+        plates.iter().map(|plate| on(plate, &flat(0.0, 0.0, 0.015, 0.0))).collect();
     let each = |first: usize, places: &[Pose]| -> Moves {
         places.iter().enumerate().map(|(k, place)| vec![(first + k, *place)]).collect()
     };

@@ -67,7 +67,12 @@ pub(super) fn find(motion: &Motion<'_>, found: &States) -> Operators {
     let (seen, rode, rows) = (
         seen(motion, found),
         rode(motion, all),
-        Rows::of(found, |demo| scene(motion, found, demo, 0), of_state.values().flatten()),
+        Rows::of(
+            found,
+            motion.up(),
+            |demo| scene(motion, found, demo, 0),
+            of_state.values().flatten(),
+        ),
     );
     let mut operators = Vec::new();
     let mut index = BTreeMap::new();

@@ -8,6 +8,10 @@ use crate::task::domain::{Before, Fact, Place, Situation};
 
 /// Number of times that a place has to be filled before its turn says something.
 const OFTEN: usize = 4;
+/// Number of times that a place that lies lower has to be filled before, where it was filled from the start the other times.
+const OFTEN_BELOW: usize = 3;
+/// Height from which a place is higher than another, in metres.
+const HIGHER_M: f64 = 0.01;
 
 /// Probability up to which it was no chance that the place below another was filled.
 const CHANCE: f64 = 0.2;
@@ -38,10 +42,12 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Finds the order of the places that some instances filled. `start` returns where everything was at the beginning of a
-    /// demonstration: what was there already had no turn, so that the order has no circles. Costs O(places^2 + instances x
-    /// objects).
+    /// demonstration: what was there already had no turn, so that the order has no circles. Only what lies higher, by the vertical
+    /// coordinate `up` of the frames, is also known to come after what was there already some of the times. Costs O(places^2 + instances
+    /// x objects).
     pub fn of<'i>(
         found: &States,
+        up: Option<usize>,
         start: impl Fn(usize) -> Situation,
         instances: impl Iterator<Item = &'i Instance>,
     ) -> Self {
@@ -61,6 +67,8 @@ impl Rows {
         // Places that are taken at once, such as those of a part and of another one on it, are two.
         let mut shared: BTreeSet<Slot> = BTreeSet::new();
         let mut filled: BTreeMap<Slot, (usize, BTreeSet<Slot>)> = BTreeMap::new();
+        // For each place, those that were filled each time before or from the start, with the number of times before.
+        let mut stood: BTreeMap<Slot, BTreeMap<Slot, usize>> = BTreeMap::new();
         // For each place and state, the probability that one of the state's places was filled each time by chance.
         let mut chances: BTreeMap<(Slot, usize), f64> = BTreeMap::new();
         for Instance { attempt, object, to, before, .. } in instances {
@@ -72,6 +80,7 @@ impl Rows {
             let start = start(attempt.demo);
             let others = before.iter().zip(&start).enumerate().filter(|(track, _)| track != object);
             let mut there: BTreeSet<Slot> = BTreeSet::new();
+            let mut anyway: BTreeSet<Slot> = BTreeSet::new();
             for (_, (now, first)) in others {
                 let fact = now.as_ref().filter(beside);
                 let Some(taken) = fact.and_then(|fact| own.get(&(fact.state, fact.place))) else {
@@ -81,6 +90,8 @@ impl Rows {
                     shared.insert(*slot);
                 } else if now != first {
                     there.insert(*taken);
+                } else {
+                    anyway.insert(*taken);
                 }
             }
             let mut of: BTreeMap<usize, usize> = BTreeMap::new();
@@ -89,9 +100,25 @@ impl Rows {
                 let share = count as f64 / found.states[state].places.len() as f64;
                 *chances.entry((*slot, state)).or_insert(1.0) *= share;
             }
+            let both = || &there | &anyway;
+            let stood =
+                stood.entry(*slot).or_insert_with(|| both().into_iter().map(|s| (s, 0)).collect());
+            stood.retain(|other, _| there.contains(other) || anyway.contains(other));
+            stood
+                .iter_mut()
+                .for_each(|(other, times)| *times += usize::from(there.contains(other)));
             let (times, always) = filled.entry(*slot).or_insert_with(|| (0, there.clone()));
             *times += 1;
             always.retain(|other| there.contains(other));
+        }
+        let higher = |a: Slot, b: Slot| {
+            let height = |slot: Slot| up.map(|up| place(slot).pose().position[up]);
+            height(a).zip(height(b)).is_some_and(|(a, b)| a - b > HIGHER_M)
+        };
+        for (slot, (_, always)) in filled.iter_mut().filter(|(_, (times, _))| *times >= OFTEN) {
+            let below = stood.get(slot).into_iter().flatten();
+            let below = below.filter(|(other, n)| **n >= OFTEN_BELOW && higher(*slot, **other));
+            always.extend(below.map(|(other, _)| *other));
         }
         own.retain(|_, slot| !shared.contains(slot));
         filled.retain(|slot, _| !shared.contains(slot));
