@@ -108,7 +108,7 @@ fn what_lies_above_another_is_not_on_the_thing_below() {
     };
     let said = |frame: &str, heights: [f64; 2]| -> Vec<String> {
         let mut states = heights.map(|z| at(frame, z));
-        name_all(&mut states, &mut [], &[]).into_values().collect()
+        name_all(&mut states, &mut [], &[], &[]).into_values().collect()
     };
     assert_eq!(said("pad", [0.025, 0.075]), ["a block is above a pad", "a block is on a pad"]);
     // It may be higher for another reason, or lie on another storey.
