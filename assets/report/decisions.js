@@ -24,14 +24,15 @@ function reasoned(episode, act, index) {
   const lines = [];
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
   line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
-  line("It had decided to", act.instead);
+  const planned = act.recovery && !act.instead && act.recoveryKind === "part" ? names.say(act.symbol) : null;
+  line("It had decided to", act.instead ?? planned);
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
   const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(assumed, since something is in no state)" : "✓");
   const marked = (need) => (known ? `${names.say(need)} ${mark(need)}` : names.say(need));
   const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
   const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
-  line("It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
+  line(planned ? "That needs" : "It needs", decided.slice(0, REASONS_SHOWN).map(marked).join("; "));
   line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
   if (act.action) line("It brings about", episode.bringsAbout(index));
   line("Why so", act.recovery);

@@ -1,5 +1,8 @@
 // One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
 
+// What came of a step, where the word for it says too little.
+const OUTCOMES = { placed: "done", unreachable: "the arm found no way to the target" };
+
 class Episode {
   constructor(data, number, names) {
     this.number = number;
@@ -39,12 +42,12 @@ class Episode {
         step, asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: came === "placed" ? "done" : came, well: outcome === "placed" && !off,
+        came: OUTCOMES[came] ?? came, well: outcome === "placed" && !off,
         until: decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,
-        strays: decision.in_no_state ?? [], recovery: recoveryInWords(decision.recovery, this.names),
+        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names),
       };
     });
   }
@@ -91,7 +94,9 @@ class Episode {
   // Where a part was after its step. Its distance from the target says nothing of the step if another hand had moved it.
   landedInWords({ decided, until, chosen, landed }) {
     const moved = this.displaced.some(({ t, object }) => object === chosen?.object && t >= decided && t <= until);
-    return moved ? `${landed.words}, where another hand had put it` : landedInWords(landed);
+    if (moved) return `${landed.words}, where another hand had put it`;
+    // How far it is from a place says how far it is from its target.
+    return landed.as_planned || landed.words.startsWith("in no state") ? landed.words : landedInWords(landed);
   }
 
   // When the fingers lost the part of a decision; undefined if they never held it.

@@ -27,7 +27,9 @@ class Names {
 
   // The facts that people care about. All of them, if none would be left.
   shown(facts) {
-    const shown = facts.filter((fact) => !this.hidden.has(fact));
+    // Of the only one of its kind there is no other.
+    const trivial = (fact) => /^no (.+) other than the \1 /.test(this.say(fact));
+    const shown = facts.filter((fact) => !this.hidden.has(fact) && !trivial(fact));
     return shown.length ? shown : facts;
   }
 

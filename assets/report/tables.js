@@ -140,7 +140,7 @@ function figuresTable(summary) {
       return [FIGURES[name], hands.length ? hands.join("; ") : "nothing"];
     }
     if (name === "off_place" && Array.isArray(value)) {
-      const steps = value.map(({ episode, decision, words, ...where }) => `episode ${episode + 1}, decision ${decision + 1} (${words}): ${landedInWords({ words: where.landed, ...where })}`);
+      const steps = value.map(({ episode, words, ...where }) => `episode ${episode + 1}, “${words}”: ${landedInWords({ words: where.landed, ...where })}`);
       return [FIGURES[name], steps.length ? steps.join("; ") : "none"];
     }
     if (name === "saturated" && Array.isArray(value)) {

@@ -113,8 +113,8 @@ impl<'s> Objects<'s> {
         let mut states: Vec<Vec<Value>> = vec![Vec::new(); self.names.len()];
         let mut lacking: Vec<Vec<Value>> = vec![Vec::new(); terms.len()];
         let mut before: Option<(Vec<Pose>, Layout)> = None;
-        // With whether it has left its area.
-        let mut last: Vec<Option<(Option<Fact>, bool)>> = vec![None; self.names.len()];
+        // With where it is, in words.
+        let mut last: Vec<Option<(Option<Fact>, Option<String>)>> = vec![None; self.names.len()];
         let mut lacked: Vec<Option<usize>> = vec![None; terms.len()];
         let step = film.len().div_ceil(MAX_LOOKS).max(1);
         for frame in kept(film.len(), step) {
@@ -130,12 +130,13 @@ impl<'s> Objects<'s> {
             let t = (1e3 * film.time_s(frame)).round() / 1e3;
             let situation = layout.situation();
             for (i, fact) in situation.iter().enumerate() {
-                let at = [&poses[i], &begun[i]];
-                let now = Some((*fact, fact.is_some_and(|fact| domain.has_left(&fact, at))));
+                let words = fact.map(|fact| {
+                    domain.whereabouts(&fact, i, &people, &snapshot.objects, &begun[i])
+                });
+                let now = Some((*fact, words.clone()));
                 if last[i] != now {
                     last[i] = now;
                     let state = fact.map(|fact| &domain.states[fact.state].name);
-                    let words = fact.map(|fact| domain.whereabouts(&fact, i, &people, at));
                     states[i].push(json!([t, state, words]));
                 }
             }

@@ -481,7 +481,7 @@ fn a_step_that_ends_off_its_place_and_another_hand_are_told() {
         found.elsewhere = moved('here', 'there'); found.same = moved('here', 'here');";
     let open = |page: &str| opened_in(&Window { width: 1366, dark: false }, page, script);
     let (well, found) = (open(&page), open(&told));
-    assert_eq!(well["fill"][0], serde_json::json!([true, "placed"]));
+    assert_eq!(well["fill"][0], serde_json::json!([true, "done"]));
     assert!(!text(&well["story"]).contains("another hand"), "{}", well["story"]);
     assert_eq!(found["fill"][0], serde_json::json!([false, "off its place"]));
     let story = text(&found["story"]);

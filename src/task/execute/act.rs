@@ -130,7 +130,7 @@ impl Live {
                 let wrong = plight.wrongly_at(&Wanted::of(choice, String::new(), false), wide);
                 if let Some(other) = wrong.first().filter(|_| careful) {
                     let other = plight.name(*other);
-                    skip(format!("{other} lies wrongly where {name} is to be put"), true, false);
+                    skip(format!("{other} lies wrongly where {name} was to go"), true, false);
                     continue;
                 }
                 let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);

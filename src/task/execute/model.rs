@@ -312,7 +312,8 @@ impl TaskModel {
         let names = layout.object_names();
         let mut words = match (&located.fact, &located.miss) {
             (Some(fact), _) => {
-                self.domain.whereabouts(fact, own, &names, [pose, home.unwrap_or(pose)])
+                let first = home.unwrap_or(pose);
+                self.domain.whereabouts(fact, own, &names, &layout.objects, first)
             }
             (None, Some(miss)) => {
                 let nearest = &self.domain.states[miss.nearest.state].name;

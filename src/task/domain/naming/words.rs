@@ -8,6 +8,7 @@ use super::statement::{MAX_SENTENCE, Statement, with_object, with_reference};
 use super::states::{Described, IN_START_AREA, describe, named_landmark};
 use crate::robot::Pose;
 use crate::sim::is_plain;
+use crate::task::domain::relative;
 use crate::task::domain::state::{Coordinate, ROOMY_M, Turn};
 use crate::task::domain::{
     Before, Condition, Fact, Frame, FrameState, GoalTerm, Need, NeedVerdict, Origin, Place,
@@ -15,6 +16,19 @@ use crate::task::domain::{
 };
 use crate::task::error::TaskError;
 use crate::task::propositional::{Fault, find};
+use crate::task::recording::ObjectPose;
+
+/// Distance from a place, along each coordinate, up to which an object in another orientation lies wrongly there, in metres.
+const WRONGLY_M: f64 = 0.025;
+
+/// Returns whether a position is in a place but for a distance: along coordinates with room for several objects, and along the others.
+fn is_within(place: &Place, position: [f64; 3], [room_m, tight_m]: [f64; 2]) -> bool {
+    let mut all = place.coordinates.iter().zip(position);
+    all.all(|(coordinate, x)| match coordinate.room() {
+        Some((low, high)) => (low - room_m..=high + room_m).contains(&x),
+        None => (x - coordinate.middle()).abs() <= tight_m,
+    })
+}
 
 impl RelationalDomain {
     /// Returns the index of the state called `name`.
@@ -160,9 +174,10 @@ impl RelationalDomain {
         statement.about(&objects[object])
     }
 
-    /// Returns where an object is: the statement that it is in a state, as [`fact_in_words`](Self::fact_in_words) says it. What was
-    /// moved out of the area in which it was found still counts as found there if it lies as high: then it is said to be outside.
-    /// `first` is the pose in which it was first seen.
+    /// Returns where an object is: the statement that it is in a state, as [`fact_in_words`](Self::fact_in_words) says it. What lies outside
+    /// the area in which objects of its kind were found still counts as found there if it lies as high: then it is said to lie
+    /// wrongly where it should be put, or to be loose. `all` are the objects, and `first` is the pose in which it was first
+    /// seen.
     ///
     /// # Panics
     /// If there is no such object or state.
@@ -171,32 +186,45 @@ impl RelationalDomain {
         &self,
         fact: &Fact,
         object: usize,
-        objects: &[String],
-        [pose, first]: [&Pose; 2],
+        names: &[String],
+        all: &[ObjectPose],
+        first: &Pose,
     ) -> String {
-        let words = self.fact_in_words(fact, object, objects);
-        match self.has_left(fact, [pose, first]) {
-            true => words.replacen(
-                IN_START_AREA,
-                &format!("loose, as {IN_START_AREA}, but outside it"),
-                1,
-            ),
-            false => words,
+        let words = self.fact_in_words(fact, object, names);
+        let (state, pose) = (&self.states[fact.state], &all[object].pose);
+        let found = state.origin == Origin::Found && state.frame == Frame::World;
+        let area = [ROOMY_M, f64::INFINITY];
+        let within = |place: &Place| is_within(place, pose.position, area);
+        // The demonstrations seldom show all of the area: where it stood at first is in it.
+        if !found || first.distance(pose) <= ROOMY_M || state.places.iter().any(within) {
+            return words;
+        }
+        match self.lies_wrongly(&state.kind, pose, all) {
+            Some(place) => {
+                let there = self.fact_in_words(&place, object, names);
+                format!("{there}, but lies wrongly there")
+            }
+            None => words.replacen(IN_START_AREA, &format!("loose, not {IN_START_AREA}"), 1),
         }
     }
 
-    /// Returns whether an object that counts as found in an area was moved to where none was seen.
-    #[cfg_attr(not(feature = "physics"), allow(dead_code))] // Episodes and their pages ask.
-    pub(crate) fn has_left(&self, fact: &Fact, [pose, first]: [&Pose; 2]) -> bool {
-        let state = &self.states[fact.state];
-        let within = |place: &Place| {
-            let mut all = place.coordinates.iter().zip(pose.position);
-            all.all(|(c, x)| {
-                c.room().is_none_or(|(low, high)| (low - ROOMY_M..=high + ROOMY_M).contains(&x))
+    /// Returns where an object of a kind is that lies where one is put, whatever its orientation.
+    fn lies_wrongly(&self, kind: &str, pose: &Pose, all: &[ObjectPose]) -> Option<Fact> {
+        let references = all.iter().enumerate();
+        let mut facts = references.flat_map(|(reference, object)| {
+            let own = relative(&object.pose, pose);
+            let placed = self.states.iter().enumerate().filter(|(_, state)| {
+                state.kind == kind
+                    && state.origin == Origin::Placed
+                    && state.frame.kind() == Some(&*object.kind)
+            });
+            placed.filter_map(move |(state, model)| {
+                let near = |place: &Place| is_within(place, own.position, [WRONGLY_M; 2]);
+                let place = model.places.iter().position(near)?;
+                Some(Fact { state, place, reference: Some(reference) })
             })
-        };
-        let found = state.origin == Origin::Found && state.frame == Frame::World;
-        found && first.distance(pose) > ROOMY_M && !state.places.iter().any(within)
+        });
+        facts.next()
     }
 
     /// Returns that so many objects are in a state, such as `2 cups are in a drawer`.
