@@ -174,7 +174,12 @@ fn sides(places: &[Vec<Pose>], axis: usize, likelihood: &Likelihood, other: f64)
     let all: Vec<Vec<Matrix3<f64>>> =
         places.iter().map(|poses| poses.iter().map(turned).collect()).collect();
     let count: usize = all.iter().map(Vec::len).sum();
-    if count < SYMMETRIC {
+    // About an axis that lies, a part rolls: from which side a hand can take it is not what was meant.
+    let stands = |turns: &Vec<Matrix3<f64>>| {
+        let sum: Matrix3<f64> = turns.iter().sum();
+        sum.column(axis).normalize().z.abs() > 0.9
+    };
+    if count < SYMMETRIC || !all.iter().all(stands) {
         return None;
     }
     let prior = -(3.0 * SIDES.len() as f64).ln();
