@@ -52,7 +52,6 @@ function missedBy(episode, act) {
   if (act.landed && !act.landed.as_planned && act.outcome === "placed") return [capital(episode.landedInWords(act)), meddled].filter(Boolean).join("; ");
   // What was dropped may have fallen to where it belongs.
   const there = own.across < 1e-3 && Math.abs(own.above) < 1e-3;
-  if (act.landed?.as_planned && !there) return [capital(act.landed.words), meddled].filter(Boolean).join("; ");
   const said = [there
     ? `${name} slipped from the fingers, and came to rest at its target all the same`
     : `${name} is ${millimetres(own.across, 0)} mm beside its target and ${height}`];
