@@ -445,7 +445,6 @@ impl Classifier {
             return (distance, density, Offset::of(&deviation, vertical.as_ref(), 0.0));
         }
         let mean = Pose { position: pose.position, orientation: place.orientation };
-        let mean = state.turn.faced(&mean, pose);
         let (mut off_rad, mut turned) = (0.0, false);
         if state.turn_matters
             && let Some((angle, sd)) = state.turn.deviation(&mean, pose)
@@ -461,6 +460,7 @@ impl Classifier {
                 Turn::Axis { .. } => upright(state, place),
                 _ => up.or_else(|| upright(state, place)),
             };
+            let mean = state.turn.faced(&mean, pose);
             let angle = fixed.map_or(0.0, |fixed| tilt(&fixed, &mean, pose));
             let z = angle / self.tilt_spread(state, place);
             squares += z * z;

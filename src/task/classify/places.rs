@@ -27,17 +27,12 @@ pub(super) fn widest(place: &Place) -> f64 {
 }
 
 /// Returns the direction, in the frame of a place, of the axis that the state fixes. For a fully constrained orientation,
-/// this is the object's z axis; for one with several sides the axis about which they are, or the frame's z axis if the sides take turns
-/// to point up.
+/// this is the object's z axis; for one with several sides it is the axis about which they are.
 pub(super) fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>> {
     let axis = match state.turn {
         Turn::Free => return None,
-        Turn::Axis { axis, .. } => Vector3::from(axis),
+        Turn::Axis { axis, .. } | Turn::Sides { axis, .. } => Vector3::from(axis),
         Turn::Full { .. } => Vector3::z(),
-        Turn::Sides { axis, .. } => {
-            let axis = place.pose().rotation() * Vector3::from(axis);
-            return Some(if axis.z.abs() < 0.5 { Vector3::z() } else { axis });
-        }
     };
     Some(place.pose().rotation() * axis)
 }

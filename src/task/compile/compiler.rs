@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::counted::counted;
+use super::counted::{among, counted};
 use super::exclusion::exclusions;
 use super::facts::{GroundAction, Test};
 use super::ground::GroundProblem;
@@ -34,13 +34,13 @@ impl Problem<'_> {
 
     fn ground_needed(&self, now: &Situation) -> Result<GroundProblem, ProblemError> {
         let all = self.together(now);
-        let whole = Compiler::new(self, &all).compile()?;
+        let whole = self.compile(&all)?;
         let lost = whole.out_of_reach(now);
         if lost.is_empty() || all.is_empty() {
             return Ok(whole);
         }
         let mut kept = BTreeSet::new();
-        let mut best = Compiler::new(self, &kept).compile()?;
+        let mut best = self.compile(&kept)?;
         let least = best.out_of_reach(now);
         if least == lost {
             return Ok(whole);
@@ -50,7 +50,7 @@ impl Problem<'_> {
         all.sort_by_key(|need| (Reverse(evidence(need)), *need));
         for need in all {
             kept.insert(need);
-            let with = Compiler::new(self, &kept).compile()?;
+            let with = self.compile(&kept)?;
             if with.out_of_reach(now) == least {
                 best = with;
             } else {
@@ -58,6 +58,19 @@ impl Problem<'_> {
             }
         }
         Ok(best)
+    }
+
+    /// Compiles the problem with these undecided needs in force. What is left of objects is counted unless that makes it too large.
+    fn compile(&self, in_force: &BTreeSet<(usize, usize)>) -> Result<GroundProblem, ProblemError> {
+        let counted = counted(self, in_force);
+        let plain = || Compiler::new(self, in_force, BTreeSet::new()).compile();
+        if counted.is_empty() {
+            return plain();
+        }
+        match Compiler::new(self, in_force, counted).compile() {
+            Err(ProblemError::TooLarge { .. }) => plain(),
+            compiled => compiled,
+        }
     }
 }
 
@@ -85,11 +98,15 @@ struct Found {
 }
 
 impl<'p> Compiler<'p> {
-    fn new(problem: &'p Problem<'p>, in_force: &'p BTreeSet<(usize, usize)>) -> Self {
+    fn new(
+        problem: &'p Problem<'p>,
+        in_force: &'p BTreeSet<(usize, usize)>,
+        counted: BTreeSet<usize>,
+    ) -> Self {
         Self {
             problem,
             in_force,
-            counted: counted(problem, in_force),
+            counted,
             tests: Vec::new(),
             index: BTreeMap::new(),
             actions: BTreeMap::new(),
@@ -257,7 +274,8 @@ impl<'p> Compiler<'p> {
                     } else {
                         self.sources(o, object, reference, test)
                     };
-                    let sources = sources.into_iter().flat_map(|s| self.among(s));
+                    let sources =
+                        sources.into_iter().flat_map(|s| among(self.problem, &self.counted, s));
                     for (source, among) in sources {
                         let operator = o;
                         let action =
@@ -270,16 +288,6 @@ impl<'p> Compiler<'p> {
             }
         }
         causes
-    }
-
-    /// Returns a source with each number of objects that may be there, if somebody counts them.
-    fn among(&self, source: Test) -> Vec<(Test, Option<usize>)> {
-        let state = match source.of[..] {
-            [(state, None)] if !source.given && self.counted.contains(&state) => state,
-            _ => return vec![(source, None)],
-        };
-        let all = self.problem.of_kind(&self.problem.domain.states[state].kind).count();
-        (source.least..=all.max(source.least)).rev().map(|n| (source.clone(), Some(n))).collect()
     }
 
     /// Returns the objects that an operator can move; `None` for interchangeable objects.

@@ -36,6 +36,20 @@ pub(super) fn counted(
     found
 }
 
+/// Returns a source with each number of objects that may be there, the greatest first, if its state is counted.
+pub(super) fn among(
+    problem: &Problem<'_>,
+    counted: &BTreeSet<usize>,
+    source: Test,
+) -> Vec<(Test, Option<usize>)> {
+    let state = match source.of[..] {
+        [(state, None)] if !source.given && counted.contains(&state) => state,
+        _ => return vec![(source, None)],
+    };
+    let all = problem.of_kind(&problem.domain.states[state].kind).count();
+    (source.least..=all.max(source.least)).rev().map(|n| (source.clone(), Some(n))).collect()
+}
+
 impl GroundAction {
     /// Returns the test that as many objects are in the state that the object leaves as this variant takes it from.
     pub(super) fn among_test(&self) -> Option<Test> {

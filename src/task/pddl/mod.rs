@@ -16,7 +16,8 @@ mod vocabulary;
 
 use thiserror::Error;
 
-pub use relational::{facts_of, of_relational};
+pub(crate) use relational::facts_of;
+pub use relational::of_relational;
 
 use crate::plan::strips;
 

@@ -91,14 +91,11 @@ pub fn of_relational(
     Ok(Written { domain, problem: of_problem })
 }
 
-/// Returns what [`of_relational`] writes of a situation: the states of the objects.
-///
-/// # Panics
-/// As [`of_relational`].
-pub fn facts_of(problem: &Problem<'_>, now: &Situation) -> Vec<Fact> {
+/// Returns how [`of_relational`] writes the situations of a problem: the states of the objects.
+pub(crate) fn facts_of(problem: &Problem<'_>) -> impl Fn(&Situation) -> Vec<Fact> + use<> {
     let mut words = Vocabulary::new(problem.domain());
     let names = object_names(problem, &mut words);
-    facts(&words, &names, now).collect()
+    move |now| facts(&words, &names, now).collect()
 }
 
 fn object_names(problem: &Problem<'_>, words: &mut Vocabulary) -> Vec<String> {

@@ -19,6 +19,9 @@ use crate::task::propositional::{ActionId, Verdict};
 /// Time for which the motor is locked after an action has begun.
 const LOCK: SimDuration = SimDuration::from_millis(100);
 
+/// Greatest number of fluents and operators that are planned with; in spikes, so many take about a minute.
+const MOST: usize = 2_000;
+
 /// A move, with the ground action that it carries out and the decision for it.
 pub(super) type Decided = (Move, ActionId, Decision);
 
@@ -37,8 +40,11 @@ impl PlannerBuild {
             return None;
         }
         let dropped: Vec<(usize, usize)> = ground.dropped().iter().copied().collect();
-        let written = of_relational(problem, &dropped, start, "scene").ok()?;
-        let grounded = Grounded::new(&written.domain, &written.problem).ok()?;
+        let pddl = of_relational(problem, &dropped, start, "scene").ok()?;
+        let grounded = Grounded::new(&pddl.domain, &pddl.problem).ok()?;
+        if grounded.fluents.len() + grounded.operators.len() > MOST {
+            return None;
+        }
         let world = StripsWorld::new(&grounded, LOCK);
         let spec = GoalSetSpec { limit, ..GoalSetSpec::default() };
         let course = pursue_with(&grounded, world, &spec, &self.plan, self.seed).ok()?;
@@ -47,12 +53,13 @@ impl PlannerBuild {
         }
         // What is hidden is no state of an object, and what never changes is no fluent.
         let is_state = |fact: &Fact| {
-            written.domain.predicates.iter().any(|predicate| predicate.name == fact.predicate)
+            pddl.domain.predicates.iter().any(|predicate| predicate.name == fact.predicate)
         };
         let fluents = grounded.fluents.iter().filter(|f| f.holds && is_state(&f.fact));
         let known: BTreeSet<&Fact> = fluents.map(|fluent| &fluent.fact).collect();
+        let written = facts_of(problem);
         let facts = |now: &Situation| -> BTreeSet<Fact> {
-            facts_of(problem, now).into_iter().filter(|fact| known.contains(fact)).collect()
+            written(now).into_iter().filter(|fact| known.contains(fact)).collect()
         };
         let mut holding: BTreeSet<usize> = grounded.start.iter().copied().collect();
         let mut now = start.clone();

@@ -282,8 +282,13 @@ impl PlannerBuild {
             && found.len() <= most_moves
         {
             (apart, predicted) = (true, begin);
-            let steps = found.into_iter().map(|(chosen, action, decision)| {
+            // The robot waits for both planners before its first move.
+            let stuck = plan.last.as_ref().filter(|_| matches!(plan.end, PlanEnd::Stuck(_)));
+            let before = plan.steps.iter().map(|step| &step.decision).chain(stuck);
+            let mut waited_ms: f64 = before.map(|decision| decision.time_ms).sum();
+            let steps = found.into_iter().map(|(chosen, action, mut decision)| {
                 predicted.carry_out(chosen);
+                decision.time_ms += std::mem::take(&mut waited_ms);
                 PlannedStep { action, decision }
             });
             plan.steps = steps.collect();

@@ -191,7 +191,7 @@ fn sides(places: &[Vec<Pose>], axis: usize, likelihood: &Likelihood, other: f64)
     let other = other.max(evidence(1.0));
     let evidence = SIDES.map(evidence);
     let best = (0..4).max_by(|a, b| evidence[*a].total_cmp(&evidence[*b]))?;
-    let free = all.iter().map(|turns| turns.len() - 1).sum::<usize>().max(1) as f64;
+    let free = all.iter().map(|turns| turns.len().saturating_sub(1)).sum::<usize>().max(1) as f64;
     let around: f64 = all.iter().map(|turns| folded(turns, axis, SIDES[best])).sum();
     let tilt: f64 = all.iter().map(|turns| about(turns.len(), &turns.iter().sum())[axis]).sum();
     let sd = ((around + tilt).max(0.0) / (3.0 * free)).sqrt();
