@@ -121,7 +121,7 @@ pub enum Turn {
     Sides {
         /// The axis, a unit vector in the object's frame.
         axis: [f64; 3],
-        /// Number of equal parts of a full turn, 2 to [`MOST_SIDES`].
+        /// Number of equal parts of a full turn, 2 to 12.
         sides: u8,
         /// Standard deviation about each axis, in radians.
         sd: f64,
