@@ -71,7 +71,9 @@ pub(super) fn goals(
         let at = motion.last(d).unwrap_or(0);
         // Errors of sensing hide where an object is, too.
         let unsure = motion.flickers || motion.is_noisy();
-        let unplaced = |t: &usize| unsure && end[*t].is_none();
+        // And what fell over was not left so on purpose.
+        let fell = |t: usize| motion.index_at(d, t, at).is_some_and(|r| found.fallen.contains(&r));
+        let unplaced = |t: &usize| end[*t].is_none() && (unsure || fell(*t));
         (0..end.len()).filter(|t| unplaced(t) || motion.vanished(d, *t, at)).collect()
     };
     let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();

@@ -1,4 +1,4 @@
-//! Tells apart objects that were found on one side or another, where what is done first depends on it.
+//! Tells apart objects that were found on one side or another, where what is done first depends on it, and what fell over.
 
 use std::collections::BTreeMap;
 
@@ -11,6 +11,8 @@ use super::places::Group;
 /// Angle between the directions of two sides, and between those of one side, in radians.
 const OTHER_RAD: f64 = 0.8;
 const SAME_RAD: f64 = 0.4;
+/// Number of rests of a cluster from which one may have fallen over.
+const FEW: usize = 4;
 /// Probability up to which that objects of one side alone go somewhere is not taken for chance.
 const CHANCE: f64 = 0.01;
 
@@ -37,6 +39,32 @@ impl Frames<'_, '_> {
             _ => vec![(group, false)],
         };
         groups.into_iter().flat_map(split).collect()
+    }
+
+    /// Takes out of each cluster what fell over: the one rest of several in which the object lies on another side than in all others,
+    /// if it was not found so. Returns these rests.
+    pub fn without_fallen(&self, groups: &mut [Group]) -> Vec<usize> {
+        let Some(up) = self.up else { return Vec::new() };
+        let top = |rest: &usize| {
+            self.motion.rests[*rest].pose.rotation().inverse() * Vector3::ith(up, 1.0)
+        };
+        let mut fallen = Vec::new();
+        for group in groups.iter_mut().filter(|group| group.rests.len() >= FEW) {
+            let tops: Vec<Vector3<f64>> = group.rests.iter().map(top).collect();
+            let fell = |at: &usize| {
+                let mut others = tops[..*at].iter().chain(&tops[at + 1..]);
+                let other = |top: &Vector3<f64>| tops[*at].angle(top) > OTHER_RAD;
+                self.motion.rests[group.rests[*at]].came != Came::Found
+                    && others.next().is_some_and(|first| {
+                        other(first) && others.all(|top| top.angle(first) < SAME_RAD)
+                    })
+            };
+            if let Some(at) = (0..tops.len()).find(fell) {
+                group.evidence *= 1.0 - 1.0 / tops.len() as f64;
+                fallen.push(group.rests.remove(at));
+            }
+        }
+        fallen
     }
 
     /// Returns the rests of a cluster by the side of the object that is up; none if not all were found, or if they lie askew.

@@ -25,6 +25,8 @@ pub(super) struct States {
     /// unexplained rests.
     pub labels: Vec<Option<Fact>>,
     pub unexplained: Vec<Unexplained>,
+    /// Of the unexplained rests, those in which an object fell over.
+    pub fallen: BTreeSet<usize>,
     /// Kinds that never moved, or that another hand moved.
     pub fixed: Vec<String>,
     /// Kinds that another hand moved.
@@ -63,9 +65,11 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
         states: Vec::new(),
         labels: Vec::new(),
         unexplained: Vec::new(),
+        fallen: BTreeSet::new(),
         fixed: Vec::new(),
         moved_by_others: Vec::new(),
     };
+    let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     // The places of each state, with its kind and whether it may be turned.
     let mut all: Vec<(usize, bool, Vec<Group>)> = Vec::new();
     for kind in 0..frames.kinds.len() {
@@ -74,7 +78,12 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
             continue;
         }
         let (groups, turns) = frames.groups(kind);
-        let groups = frames.without_nudges(kind, groups);
+        let mut groups = frames.without_nudges(kind, groups);
+        let own = frames.without_fallen(&mut groups);
+        if !own.is_empty() {
+            out.fallen.extend(&own);
+            lost.insert(kind, own);
+        }
         let (groups, sides): (Vec<Group>, Vec<bool>) = frames.by_side(groups).into_iter().unzip();
         // Sides are told by orientations.
         let turns = turns || sides.contains(&true);
@@ -86,7 +95,6 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
     frames.lend(&mut all);
     // What was used most comes first: planners take the first of several places.
     all.iter_mut().for_each(|(.., places)| places.sort_by_key(|g| usize::MAX - g.rests.len()));
-    let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (kind, turns, places) in all {
         let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
         let (support, demos) = (frames.support(&all), motion.recording.demos.len());
