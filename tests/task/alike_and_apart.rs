@@ -276,12 +276,10 @@ fn a_part_that_fell_over_at_the_end_of_one_demonstration_is_still_to_be_put() {
     let every = |domain: &RelationalDomain| {
         let all = |term: &&GoalTerm| {
             domain.states[term.state].kind == "brick"
-                && match term.quantity {
-                    Quantity::EachObject | Quantity::EachReference(1) | Quantity::AtLeast(2) => {
-                        true
-                    }
-                    _ => false,
-                }
+                && matches!(
+                    term.quantity,
+                    Quantity::EachObject | Quantity::EachReference(1) | Quantity::AtLeast(2)
+                )
         };
         domain.goals.iter().any(|term| all(&term))
     };
