@@ -457,7 +457,7 @@ impl Classifier {
         }
         if rests(state) {
             let fixed = match state.turn {
-                Turn::Axis { .. } => upright(state, place),
+                Turn::Axis { .. } | Turn::Line { .. } => upright(state, place),
                 _ => up.or_else(|| upright(state, place)),
             };
             let mean = state.turn.faced(&mean, pose);

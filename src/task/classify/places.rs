@@ -31,7 +31,9 @@ pub(super) fn widest(place: &Place) -> f64 {
 pub(super) fn upright(state: &FrameState, place: &Place) -> Option<Vector3<f64>> {
     let axis = match state.turn {
         Turn::Free => return None,
-        Turn::Axis { axis, .. } | Turn::Sides { axis, .. } => Vector3::from(axis),
+        Turn::Axis { axis, .. } | Turn::Line { axis, .. } | Turn::Sides { axis, .. } => {
+            Vector3::from(axis)
+        }
         Turn::Full { .. } => Vector3::z(),
     };
     Some(place.pose().rotation() * axis)

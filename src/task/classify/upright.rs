@@ -60,7 +60,7 @@ impl Classifier {
             let mean = Pose { orientation: quaternion_array(&mean), ..object.pose };
             let mean = state.turn.faced(&mean, &object.pose).rotation();
             let (axis, sd) = match (state.turn, self.up) {
-                (Turn::Axis { axis, sd }, _) => (Vector3::from(axis), sd),
+                (Turn::Axis { axis, sd } | Turn::Line { axis, sd }, _) => (Vector3::from(axis), sd),
                 (Turn::Full { sd } | Turn::Sides { sd, .. }, Some(up)) => {
                     (mean.inverse() * Vector3::ith(up, 1.0), sd)
                 }

@@ -282,7 +282,7 @@ fn fault_of_state(state: &FrameState) -> Option<Fault> {
     }
     let (axis, sd) = match state.turn {
         Turn::Free => ([0.0, 0.0, 1.0], 0.0),
-        Turn::Axis { axis, sd } => (axis, sd),
+        Turn::Axis { axis, sd } | Turn::Line { axis, sd } => (axis, sd),
         Turn::Full { sd } => ([0.0, 0.0, 1.0], sd),
         Turn::Sides { sides, .. } if !(2..=MOST_SIDES).contains(&sides) => {
             let expected = format!("2 to {MOST_SIDES}");

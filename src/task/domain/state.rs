@@ -112,6 +112,13 @@ pub enum Turn {
         /// Standard deviation of the direction about each of two perpendicular axes, in radians.
         sd: f64,
     },
+    /// One axis of the object lies along a fixed line, with either end ahead; the object may be turned about this axis.
+    Line {
+        /// The axis, a unit vector in the object's frame.
+        axis: [f64; 3],
+        /// Standard deviation of the direction about each of two perpendicular axes, in radians.
+        sd: f64,
+    },
     /// Fully.
     Full {
         /// Standard deviation about each axis, in radians.
@@ -136,7 +143,7 @@ impl Turn {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Free => "free",
-            Self::Axis { .. } => "axis",
+            Self::Axis { .. } | Self::Line { .. } => "axis",
             Self::Full { .. } | Self::Sides { .. } => "full",
         }
     }
@@ -145,13 +152,22 @@ impl Turn {
     pub fn sd(&self) -> Option<f64> {
         match *self {
             Self::Free => None,
-            Self::Axis { sd, .. } | Self::Full { sd } | Self::Sides { sd, .. } => Some(sd),
+            Self::Axis { sd, .. }
+            | Self::Line { sd, .. }
+            | Self::Full { sd }
+            | Self::Sides { sd, .. } => Some(sd),
         }
     }
 
-    /// Returns `mean`, turned to the side from which an object that looks alike from several sides is nearest to `pose`. Both are in one
-    /// frame.
+    /// Returns `mean`, turned to the side from which an object that looks alike from several sides is nearest to `pose`, or with the end
+    /// ahead that is nearer. Both are in one frame.
     pub fn faced(&self, mean: &Pose, pose: &Pose) -> Pose {
+        if let Self::Line { axis, .. } = *self {
+            let [line, own] = [mean, pose].map(|p| p.rotation() * Vector3::from(axis));
+            let line = if line.dot(&own) < 0.0 { -line } else { line };
+            let least = UnitQuaternion::rotation_between(&own, &line).unwrap_or_default();
+            return Pose { orientation: quaternion_array(&(least * pose.rotation())), ..*mean };
+        }
         let Self::Sides { axis, sides, .. } = *self else { return *mean };
         let axis = Unit::new_normalize(Vector3::from(axis));
         let alike = (0..sides).map(|k| {
@@ -169,8 +185,9 @@ impl Turn {
     pub fn deviation(&self, mean: &Pose, pose: &Pose) -> Option<(f64, f64)> {
         match self {
             Self::Free => None,
-            Self::Axis { axis, sd } => {
+            Self::Axis { axis, sd } | Self::Line { axis, sd } => {
                 let axis = Vector3::from(*axis);
+                let mean = self.faced(mean, pose);
                 let (a, b) = (mean.rotation() * axis, pose.rotation() * axis);
                 Some((a.angle(&b), *sd))
             }

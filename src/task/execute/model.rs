@@ -162,10 +162,10 @@ fn target_of(pose: &Pose, turn: &Turn) -> Target {
     let facing = match turn {
         Turn::Free => Facing::Any,
         // A skill turns parts about their z axis only; about another axis, the mean orientation is one of the allowed.
-        Turn::Axis { axis, .. } if axis[2].abs() > 0.99 => {
+        Turn::Axis { axis, .. } | Turn::Line { axis, .. } if axis[2].abs() > 0.99 => {
             Facing::Axis((rotation * Vector3::z()).into())
         }
-        Turn::Axis { .. } | Turn::Full { .. } | Turn::Sides { .. } => {
+        Turn::Axis { .. } | Turn::Line { .. } | Turn::Full { .. } | Turn::Sides { .. } => {
             Facing::Full(pose.orientation)
         }
     };

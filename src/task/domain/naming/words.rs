@@ -539,6 +539,7 @@ impl FrameState {
         match self.turn {
             Turn::Free => "any".into(),
             Turn::Axis { sd, .. } => fixed("one axis", sd),
+            Turn::Line { sd, .. } => fixed("one axis, either end ahead", sd),
             Turn::Full { sd } => fixed("all axes", sd),
             Turn::Sides { sd, sides, .. } => {
                 fixed(&format!("all axes, alike from {sides} sides"), sd)

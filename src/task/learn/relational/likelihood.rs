@@ -249,10 +249,12 @@ impl Likelihood {
         let squares = about(n, &sums.turn);
         let axis = (0..3).min_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(2);
         let folded = SIDES.map(|sides| self.sides(turns, (axis, sides), explained));
+        let lines = (0..3).map(|axis| self.line(turns, axis, explained));
+        let line = lines.fold(f64::NEG_INFINITY, f64::max) - 9f64.ln();
         // What lies face up or face down has no such axis, but its sides are all horizontal.
         let best = folded.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let [free, axis, full] = self.turn(n, &sums.turn, explained);
-        let best = best - (3.0 * SIDES.len() as f64).ln();
+        let best = line.max(best - (3.0 * SIDES.len() as f64).ln());
         (best - BY_CHANCE - log_add(log_add(free, axis), full)).max(0.0)
     }
 
@@ -278,6 +280,14 @@ impl Likelihood {
         direction + around + n as f64 * extent.ln()
     }
 
+    /// Returns the log likelihood, relative to uniform ones, of orientations in which an axis of the object lies along one line, with either
+    /// end ahead. `explained` is as in [`turn`](Self::turn).
+    pub fn line(&self, turns: &[Matrix3<f64>], axis: usize, explained: f64) -> f64 {
+        let (n, extent) = (turns.len(), DIRECTION_EXTENT / 2f64.sqrt());
+        let squares = (off_line(turns, axis) - 2.0 * explained).max(0.0);
+        2.0 * (self.tight(n, squares / 2.0, extent, self.scale_rad) + n as f64 * extent.ln())
+    }
+
     /// Log marginal likelihood of `n` orientations, relative to uniform ones.
     pub fn orientation(&self, n: usize, sums: &Sums) -> f64 {
         let [free, axis, full] = self.turn(n, &sums.turn, sums.explained_rad);
@@ -288,6 +298,13 @@ impl Likelihood {
 /// Returns the sums of the squared angles of each axis of the object, given the sum of the rotation matrices.
 pub(super) fn about(n: usize, turn: &Matrix3<f64>) -> [f64; 3] {
     std::array::from_fn(|i| 2.0 * (n as f64 - turn.column(i).norm()))
+}
+
+/// Returns the sum of the squared angles between an axis of the object and the line that it lies along, with either end ahead.
+pub(super) fn off_line(turns: &[Matrix3<f64>], axis: usize) -> f64 {
+    let scatter: Matrix3<f64> =
+        turns.iter().map(|turn| turn.column(axis) * turn.column(axis).transpose()).sum();
+    turns.len() as f64 - scatter.symmetric_eigenvalues().max()
 }
 
 /// Returns the sum of the squared angles between the orientations and their mean.

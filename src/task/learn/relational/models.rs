@@ -3,7 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::frames::Frames;
-use super::likelihood::{BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, folded, overall};
+use super::likelihood::{
+    BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, folded, off_line, overall,
+};
 use super::motion::Came;
 use super::places::Group;
 use crate::robot::{Pose, mean_orientation};
@@ -152,6 +154,11 @@ fn turn(places: &[Vec<Pose>], origin: Origin, likelihood: &Likelihood) -> Turn {
     {
         return alike;
     }
+    if origin == Origin::Placed
+        && let Some(line) = line(places, likelihood, logs[0].max(logs[1]).max(logs[2]))
+    {
+        return line;
+    }
     if free == 0.0 || logs[0] >= logs[1].max(logs[2]) {
         return Turn::Free;
     }
@@ -167,12 +174,33 @@ fn turn(places: &[Vec<Pose>], origin: Origin, likelihood: &Likelihood) -> Turn {
     Turn::Axis { axis, sd: spread }
 }
 
+fn matrices(places: &[Vec<Pose>]) -> Vec<Vec<Matrix3<f64>>> {
+    let turned = |p: &Pose| *p.rotation().to_rotation_matrix().matrix();
+    places.iter().map(|poses| poses.iter().map(turned).collect()).collect()
+}
+
+/// Returns that objects were put down along a line with either end ahead, such as pens into a tray, if that is likelier than `other`, the
+/// best evidence for another turn, and not by chance.
+fn line(places: &[Vec<Pose>], likelihood: &Likelihood, other: f64) -> Option<Turn> {
+    let all = matrices(places);
+    let evidence = |axis: usize| {
+        let several = all.iter().filter(|turns| turns.len() > 1);
+        several.map(|turns| likelihood.line(turns, axis, 0.0)).sum::<f64>() - 9f64.ln()
+    };
+    let best = (0..3).max_by(|a, b| evidence(*a).total_cmp(&evidence(*b)))?;
+    let free: usize = all.iter().map(|turns| turns.len().saturating_sub(1)).sum();
+    let squares: f64 = all.iter().map(|turns| off_line(turns, best)).sum();
+    let sd = (squares.max(0.0) / (2.0 * free.max(1) as f64)).sqrt();
+    let mut axis = [0.0; 3];
+    axis[best] = 1.0;
+    let likely = free >= SYMMETRIC && evidence(best) > other + BY_CHANCE && sd < WILD_RAD;
+    likely.then_some(Turn::Line { axis, sd })
+}
+
 /// Returns that objects which were put down turned by parts of a full turn about an axis look alike from so many sides, if that is
 /// likelier than `other`, the best evidence for another turn, and not by chance.
 fn sides(places: &[Vec<Pose>], axis: usize, likelihood: &Likelihood, other: f64) -> Option<Turn> {
-    let turned = |p: &Pose| *p.rotation().to_rotation_matrix().matrix();
-    let all: Vec<Vec<Matrix3<f64>>> =
-        places.iter().map(|poses| poses.iter().map(turned).collect()).collect();
+    let all = matrices(places);
     let count: usize = all.iter().map(Vec::len).sum();
     // About an axis that lies, a part rolls: from which side a hand can take it is not what was meant.
     let stands = |turns: &Vec<Matrix3<f64>>| {
@@ -223,7 +251,7 @@ fn central(poses: &[Pose], turn: &Turn) -> [f64; 4] {
     };
     let middle = poses.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
     match turn {
-        Turn::Full { .. } | Turn::Sides { .. } => mean,
+        Turn::Full { .. } | Turn::Line { .. } | Turn::Sides { .. } => mean,
         _ => middle.map_or(mean, |p| p.orientation),
     }
 }

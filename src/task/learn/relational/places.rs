@@ -539,7 +539,11 @@ impl Frames<'_, '_> {
         let [(a, of_a), (b, of_b)] = [0, 1].map(|i| (found(&rests[i]), rests[i].len()));
         let more = if a * of_b >= b * of_a { (a, of_a) } else { (b, of_b) };
         let put = |rests: &Vec<usize>| rests.iter().any(|rest| self.was_put(*rest));
-        rests.iter().all(put) && so_many_found(more, (a + b, of_a + of_b)) > CHANCE
+        // Which places are the one state and which the other follows from how often things were found there: a row of them can be cut
+        // in so many ways.
+        let cuts = state.iter().filter(|s| of.map(|one| state[one]).contains(s)).count() - 1;
+        rests.iter().all(put)
+            && so_many_found(more, (a + b, of_a + of_b)) * cuts as f64 > CHANCE_BOTH
     }
 }
 
