@@ -14,6 +14,7 @@ mod motion;
 mod operators;
 mod places;
 mod rows;
+mod shared;
 mod sides;
 mod single;
 mod states;

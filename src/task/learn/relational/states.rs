@@ -95,13 +95,27 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
     frames.lend(&mut all);
     // What was used most comes first: planners take the first of several places.
     all.iter_mut().for_each(|(.., places)| places.sort_by_key(|g| usize::MAX - g.rests.len()));
-    for (kind, turns, places) in all {
-        let all: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
-        let (support, demos) = (frames.support(&all), motion.recording.demos.len());
-        let rare = support < least_support(demos) || is_scattered(&places, support, demos);
-        if rare && !frames.were_left(&all) && !frames.are_all_put(kind, &all) {
-            lost.entry(kind).or_default().extend(all);
+    let demos = motion.recording.demos.len();
+    let scattered = |places: &[Group]| {
+        let rests: Vec<usize> = places.iter().flat_map(|g| g.rests.clone()).collect();
+        let support = frames.support(&rests);
+        (rests, support < least_support(demos), is_scattered(places, support, demos))
+    };
+    let shared = all.iter().map(|(kind, _, places)| match scattered(places) {
+        (rests, false, true) => frames.shared(*kind, &rests, &all),
+        _ => None,
+    });
+    let shared: Vec<Option<usize>> = shared.collect();
+    for ((kind, turns, mut places), shared) in all.into_iter().zip(shared) {
+        let (rests, seldom, scattered) = scattered(&places);
+        let rare = seldom || (scattered && shared.is_none());
+        if rare && !frames.were_left(&rests) && !frames.are_all_put(kind, &rests) {
+            lost.entry(kind).or_default().extend(rests);
             continue;
+        }
+        if let Some(frame) = shared {
+            let scores = places[0].scores.clone();
+            places = vec![Group { rests, frame, scores, evidence: 0.0, stacked: false }];
         }
         let state = out.states.len();
         let frame = places[0].frame;
