@@ -25,10 +25,11 @@ function reasoned(episode, act, index) {
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
   line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
   const planned = act.recovery && !act.instead && act.recoveryKind === "part" ? names.say(act.symbol) : null;
-  line("It had decided to", act.instead ?? planned);
+  // The places of a state are numbered nowhere on the page.
+  line("It had decided to", (act.instead ?? planned)?.replace(/, at place \d+$/, ""));
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
-  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(assumed, since something is in no state)" : "✓");
+  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(assumed, since something is in no state)" : `✓${looseToo(episode, act, need)}`);
   const marked = (need) => (known ? `${names.say(need)} ${mark(need)}` : names.say(need));
   const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
   const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
@@ -36,6 +37,8 @@ function reasoned(episode, act, index) {
   line("Perhaps needed, undecided", open.slice(0, REASONS_SHOWN).map((need) => `${marked(need)} (${reasons.get(need)})`).join("; "));
   if (act.action) line("It brings about", episode.bringsAbout(index));
   line("Why so", act.recovery);
+  const next = episode.acts[index + 1];
+  if (act.action && !act.step) line("Why not", next?.why);
   if (act.action && !act.well) line("Meanwhile", episode.meddled(act));
   act.strays.forEach(({ object, nearest, off }) => line("Out of place", `${names.say(object)}, nearest to “${names.sayState(nearest)}”: ${off}`));
   const what = act.step ? `${act.step}. ${capital(act.words)}.` : act.action ? `Not begun: ${act.words}.` : idleInWords(episode, act, index);
@@ -57,6 +60,17 @@ function takenAsSo({ domain }, act, need) {
   return act.strays.some(({ object, nearest }) => need.startsWith(`${object.toUpperCase()}_`)
     || (object === act.chosen?.object && kind(need) !== undefined && kind(need) === kind(nearest)));
 }
+
+// That a fact about the area in which things were found holds of what lies elsewhere, too, if some does at the look.
+function looseToo(episode, act, need) {
+  const words = episode.names.say(need);
+  if (!words.includes(START_AREA)) return "";
+  const ofKind = (text) => words.includes(text.replace(/^the /, "").split(" ")[0]);
+  const loose = (episode.places(act.asked) ?? []).some(({ words: text }) => / loose, not | lies wrongly /.test(text) && ofKind(text));
+  return loose ? " (what lies loose counts)" : "";
+}
+
+const START_AREA = "start area";
 
 // What another hand did, and where the object was before and afterwards, if that is not the same.
 function displaced(episode, one) {

@@ -47,7 +47,7 @@ class Episode {
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,
-        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names),
+        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names), why: decision.recovery?.why,
       };
     });
   }
@@ -94,7 +94,7 @@ class Episode {
   // Where a part was after its step. Its distance from the target says nothing of the step if another hand had moved it.
   landedInWords({ decided, until, chosen, landed }) {
     const moved = this.displaced.some(({ t, object }) => object === chosen?.object && t >= decided && t <= until);
-    if (moved) return `${landed.words}, where another hand had put it`;
+    if (moved) return `${landed.words.replace(/; it moved after.*$/, "")}, where another hand had put it`;
     // How far it is from a place says how far it is from its target.
     return landed.as_planned || landed.words.startsWith("in no state") ? landed.words : landedInWords(landed);
   }

@@ -56,7 +56,7 @@ function missedBy(episode, act) {
     ? `${name} slipped from the fingers, and came to rest at its target all the same`
     : `${name} is ${millimetres(own.across, 0)} mm beside its target and ${height}`];
   const near = apart.filter(({ id }) => id !== own.id && id !== chosen.reference).sort((a, b) => a.all - b.all)[0];
-  if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from where it was to go`);
+  if (act.outcome === "occupied" && near) said.push(`${episode.names.say(near.id)} is ${millimetres(near.all, 0)} mm from that target`);
   if (meddled) said.push(meddled);
   return said.join("; ");
 }

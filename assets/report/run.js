@@ -255,7 +255,7 @@ class RunPage {
     const name = act.step ? `step ${act.step}` : "decision";
     if (time < act.decided) return [`${name}: deciding since ${seconds(act.asked, 3)}, takes ${act.took.toFixed(0)} ms`, ...hand];
     if (!act.action) return [`${name}: nothing to do`, ...hand];
-    return [`${name}: ${act.words}, ${act.came} at ${seconds(act.until, 3)}`, ...hand];
+    return [`${name}: ${act.words}, ${act.came}; it ended at ${seconds(act.until, 3)}`, ...hand];
   }
 
   showNow() {

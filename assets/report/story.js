@@ -27,13 +27,14 @@ function story({ run, domain, recording }, episode) {
     ? [`${plural(acts.length, "step")}, decided one at a time. The longest decision took ${longest.toFixed(0)} ms of simulated time.`]
     : ["No decisions are known."];
   const steps = acts.map((act) => [act.step, `${capital(act.words)}${act.well ? "" : ` (${act.came})`}`]);
-  const inPlace = acts.filter((act) => !act.well && act.landed?.as_planned).length;
+  const inPlace = acts.filter((act) => !act.well && act.landed?.as_planned && !episode.meddled(act)).length;
   const also = inPlace ? `, and ${inPlace} more, though dropped, left the part in its place` : "";
   const failed = acts.length - well - inPlace;
+  const anew = `; after the other${failed > 1 ? "s" : ""} it decided anew`;
   const unlike = acts.filter((act) => !act.well && act.landed && !act.landed.as_planned);
   const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” went otherwise (${act.came}): ${episode.landedInWords(act)}.`);
   if (unlike.length > 3) missed.push(`And ${unlike.length - 3} more: see “What went wrong”.`);
-  const done = [`${well || "None"} of ${plural(acts.length, "step")} ended as planned${also}${failed ? "; after the others it decided anew" : ""}.`, ...missed,
+  const done = [`${well || "None"} of ${plural(acts.length, "step")} ended as planned${also}${failed ? anew : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
   const { interventions } = summary;
   if (interventions && episode.recorded) decided.push(`${plural(interventions, "intervention")} of a log changed the run as it went on, so this is not what it does by itself.`);

@@ -36,7 +36,7 @@ function endInWords(end, reason) {
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
   const { kind, why, attempt, object } = recovery;
-  return `${recoveryOf(kind, names.say(object))}${attempt > 1 ? `, the ${ordinal(attempt)} try with it` : ""}: ${why}`;
+  return `${recoveryOf(kind, names.say(object))}${attempt > 1 && !detourInWords(recovery, names) ? `, the ${ordinal(attempt)} try with it` : ""}: ${why}`;
 }
 
 const ordinal = (number) => ["first", "second", "third", "fourth", "fifth"][number - 1] ?? `${number}th`;
@@ -47,9 +47,9 @@ function recoveryOf(kind, object) {
     again: `takes ${object} again`,
     part: `takes ${object} instead`,
     grasp: `takes ${object} by another grasp`,
-    place: `puts ${object} elsewhere`,
+    place: `puts ${object} at another place`,
     order: `takes ${object} first`,
-    regrasp: `puts ${object} down to take it anew`,
+    regrasp: `lays ${object} at a free place, to take it anew`,
     reseat: `takes ${object} out`,
     clear: `moves ${object} out of the way`,
     push: `pushes ${object}`,
@@ -61,7 +61,7 @@ function recoveryOf(kind, object) {
 function detourInWords(recovery, names) {
   const object = recovery && names.say(recovery.object);
   const orders = {
-    regrasp: `put ${object} down to take it anew`, reseat: `take ${object} out`, clear: `move ${object} out of the way`, push: `push ${object}`,
+    regrasp: `lay ${object} at a free place, to take it anew`, reseat: `take ${object} out`, clear: `move ${object} out of the way`, push: `push ${object}`,
   };
   return orders[recovery?.kind];
 }

@@ -78,7 +78,7 @@ fn a_part_that_another_hand_took_is_not_said_to_have_missed_its_state() {
         attempts.last().and_then(Attempt::failure_in_words).expect("it failed")
     };
     let placed = SkillOutcome::Placed;
-    assert_eq!(told(placed, &there, &here), "was put down; it moved afterwards");
+    assert_eq!(told(placed, &there, &here), "was put down; it moved after the robot had let go");
     assert_eq!(told(placed, &here, &there), "was put down; its target had moved meanwhile");
     let missed = "was put down but did not get into the intended state";
     assert_eq!(told(placed, &here, &here), missed);

@@ -108,6 +108,8 @@ pub struct Classifier {
     rule: ClassifierRule,
     /// The vertical coordinate of the world frame, if some state shows it.
     pub(super) up: Option<usize>,
+    /// The vertical coordinate of the world frame as somebody told it, for words alone.
+    told_up: Option<usize>,
     /// Frames with the coordinate that looks vertical there, for words alone.
     heights: Vec<(Frame, usize)>,
     priors: Directions,
@@ -151,6 +153,7 @@ impl Classifier {
             level: domain.level.clone(),
             rule: ClassifierRule::default(),
             up: up_axis(domain.states.iter().flat_map(agreements)),
+            told_up: None,
             heights: heights(&domain.states),
             priors: priors(&domain.states),
             gaps: gaps(&domain.states),
@@ -171,6 +174,12 @@ impl Classifier {
         self.noise_m = self.noise_m.hypot(noise_m);
         self.noise_rad = self.noise_rad.hypot(noise_rad);
         self
+    }
+
+    /// Returns a classifier that says how much too high or too low objects are along this coordinate of the world frame, where no state
+    /// shows the vertical. It accepts the same poses.
+    pub fn with_vertical(self, axis: usize) -> Self {
+        Self { told_up: (axis < 3).then_some(axis), ..self }
     }
 
     /// Finds the state of every object in a scene.
@@ -244,9 +253,10 @@ impl Classifier {
                 let frame = reference.map(|r| &scene.objects[r].pose);
                 let pose = frame.map_or(object.pose, |frame| relative(frame, &object.pose));
                 for (p, place) in state.places.iter().enumerate() {
-                    let vertical = self.vertical(frame);
+                    let vertical = in_frame(self.up, frame);
                     let up = vertical.or_else(|| upright(state, place));
-                    let shown = vertical.or_else(|| self.height(&state.frame)).or(up);
+                    let shown = vertical.or_else(|| in_frame(self.told_up, frame));
+                    let shown = shown.or_else(|| self.height(&state.frame)).or(up);
                     let (mut distance, density, offset) =
                         self.compare((state, place, &self.gaps[s][p]), &pose, up, shown);
                     if let ClassifierRule::Nearest { p } = self.rule {
@@ -292,7 +302,7 @@ impl Classifier {
     pub fn reach(&self, state: usize, place: usize) -> [f64; 3] {
         let (own, at, gaps) =
             (&self.states[state], &self.states[state].places[place], &self.gaps[state][place]);
-        let up = self.vertical(None).or_else(|| upright(own, at));
+        let up = in_frame(self.up, None).or_else(|| upright(own, at));
         let limit = match self.rule {
             ClassifierRule::Gated { limit } => limit,
             ClassifierRule::Nearest { .. } => Self::LIMIT,
@@ -314,12 +324,6 @@ impl Classifier {
     pub fn classify_alone(&self, kind: &str, pose: &Pose) -> Located {
         let object = ObjectPose { id: kind.into(), kind: kind.into(), pose: *pose };
         self.classify_object(&Snapshot { objects: vec![object], ..Snapshot::default() }, 0)
-    }
-
-    /// Returns the vertical in a frame; `None` if no state shows the vertical of the world.
-    fn vertical(&self, frame: Option<&Pose>) -> Option<Vector3<f64>> {
-        let up = Vector3::ith(self.up?, 1.0);
-        Some(frame.map_or(up, |frame| frame.rotation().inverse() * up))
     }
 
     /// Returns the direction in a frame that looks vertical there.
@@ -474,6 +478,12 @@ impl Classifier {
         let offset = Offset::of(&deviation, vertical.as_ref(), off_rad);
         (squares.sqrt(), density, Offset { turned, ..offset })
     }
+}
+
+/// Returns a coordinate of the world frame as a direction in a frame.
+fn in_frame(up: Option<usize>, frame: Option<&Pose>) -> Option<Vector3<f64>> {
+    let up = Vector3::ith(up?, 1.0);
+    Some(frame.map_or(up, |frame| frame.rotation().inverse() * up))
 }
 
 /// Returns the match at the least distance.

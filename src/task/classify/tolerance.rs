@@ -193,7 +193,9 @@ impl Offset {
             parts.push(format!("{} too {way}", millimetres(self.high_m.abs())));
         }
         if aside_m >= SAID.1 {
-            parts.push(format!("{} aside", millimetres(aside_m)));
+            // Without the vertical, nobody knows in which direction.
+            let way = if self.high_m == 0.0 { "off" } else { "aside" };
+            parts.push(format!("{} {way}", millimetres(aside_m)));
         }
         if self.off_rad >= SAID.2 {
             let way = if self.turned { "turned" } else { "tilted" };

@@ -403,7 +403,7 @@ impl<'p> Symbols<'p> {
         }
         let least = action.among.unwrap_or(source.least);
         if least != 1 {
-            words = format!("{words}, leaving at least {} there", least.saturating_sub(1));
+            words = format!("{words}, leaving at least {} where it was", least.saturating_sub(1));
         }
         if let Some(most) = source.most {
             words = format!("{words}, of at most {most}");

@@ -48,15 +48,15 @@ impl RecoveryKind {
         matches!(self, Self::Regrasp | Self::Reseat | Self::Clear | Self::Push)
     }
 
-    /// Returns what the robot does, in words, such as "puts nut_0 down to take it anew".
+    /// Returns what the robot does, in words, such as "lays nut_0 at a free place, to take it anew".
     pub fn describe(self, object: &str) -> String {
         match self {
             Self::Again => format!("takes {object} again"),
             Self::Part => format!("takes {object} instead"),
             Self::Grasp => format!("takes {object} by another grasp"),
-            Self::Place => format!("puts {object} elsewhere"),
+            Self::Place => format!("puts {object} at another place"),
             Self::Order => format!("takes {object} first"),
-            Self::Regrasp => format!("puts {object} down to take it anew"),
+            Self::Regrasp => format!("lays {object} at a free place, to take it anew"),
             Self::Reseat => format!("takes {object} out"),
             Self::Clear => format!("moves {object} out of the way"),
             Self::Push => format!("pushes {object}"),
@@ -76,7 +76,7 @@ pub struct Recovery {
     pub name: String,
     /// Reason, in words.
     pub why: String,
-    /// Number of the try, from 1: of this action with this object, or of this kind of recovery with this object.
+    /// Number of the try, from 1: of this action with this object, wherever it was to go, or of this kind of recovery with this object.
     pub attempt: usize,
 }
 
@@ -86,10 +86,10 @@ impl Recovery {
         if self.name.is_empty() { &self.object } else { &self.name }
     }
 
-    /// Returns what the robot does, the number of the try if it is not the first, and why, as one sentence without a full stop.
+    /// Returns what the robot does, the number of the try if it is not the first of the decided action, and why, as one sentence without a full stop.
     pub fn text(&self) -> String {
         let does = self.kind.describe(self.name());
-        if self.attempt < 2 {
+        if self.attempt < 2 || self.kind.is_detour() {
             return format!("{does}: {}", self.why);
         }
         let words = ["second", "third", "fourth", "fifth"];

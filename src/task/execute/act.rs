@@ -135,15 +135,14 @@ impl Live {
                 }
                 let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);
                 let Some(means) = begun else {
-                    let with = if any { " by any grasp" } else { "" };
-                    skip(
-                        format!("no way was found to take {name} and put it there{with}"),
-                        false,
-                        false,
-                    );
+                    let which =
+                        if any { "no grasp was found" } else { "no grasp of the task is one" };
+                    let why =
+                        format!("{which} by which {name} can be taken and put where it was to go");
+                    skip(why, false, false);
                     continue;
                 };
-                let recovery = self.recovery(choice, means, skipped);
+                let recovery = self.recovery(tools, choice, means, skipped);
                 self.note(&choice.what, means, false);
                 if let Some(decided) = self.log.decisions.last_mut() {
                     decided.chosen = Some(choice.chosen.clone());
@@ -194,10 +193,16 @@ impl Live {
     }
 
     /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
-    fn recovery(&self, choice: &Choice, means: Means, skipped: &[Skipped]) -> Option<Recovery> {
+    fn recovery(
+        &self,
+        tools: &Tools<'_>,
+        choice: &Choice,
+        means: Means,
+        skipped: &[Skipped],
+    ) -> Option<Recovery> {
         let object = places::id(&self.cell.sensed(), choice.part);
         let name = places::name(&self.cell.sensed(), choice.part);
-        let attempt = self.attempts.tries(&choice.what) + 1;
+        let attempt = self.attempts.tries_with(&choice.what) + 1;
         let recovery = |kind, why: String| {
             let (object, name) = (object.clone(), name.clone());
             Some(Recovery { kind, object, name, why, attempt })
@@ -214,8 +219,11 @@ impl Live {
         if let Some(first) = skipped.iter().find(|s| s.what != choice.what) {
             return recovery(differs(&first.what), first.why.clone());
         }
-        let last =
-            self.attempts.last().filter(|a| !a.detour && a.what.action == choice.what.action);
+        // What fell to where it belongs is no reason to take the next.
+        let there = |a: &&Attempt| tools.model.took_effect(&a.what, self.memory.as_ref());
+        let last = self.attempts.last().filter(|a| {
+            !a.detour && a.what.action == choice.what.action && (a.what == choice.what || !there(a))
+        });
         if let Some((last, how)) = last.and_then(|a| Some((a, a.failure_in_words()?))) {
             let why = format!("{} {how}", places::name(&self.cell.sensed(), last.what.part));
             if last.what != choice.what {
@@ -225,9 +233,10 @@ impl Live {
             return recovery(if other { RecoveryKind::Grasp } else { RecoveryKind::Again }, why);
         }
         match means {
-            Means::Any(_) => {
-                recovery(RecoveryKind::Grasp, "no grasp of the task is possible".into())
-            }
+            Means::Any(_) => recovery(
+                RecoveryKind::Grasp,
+                "none of the grasps that the task names is possible".into(),
+            ),
             _ => None,
         }
     }

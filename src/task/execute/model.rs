@@ -86,7 +86,8 @@ impl TaskModel {
         let sensing = &spec.sensing;
         // The executor's look is the middle of several frames, but an error of the recording may remain.
         let classifier = Classifier::new(domain)
-            .with_noise(sensing.pose_noise_m, sensing.pose_noise_deg.to_radians());
+            .with_noise(sensing.pose_noise_m, sensing.pose_noise_deg.to_radians())
+            .with_vertical(2);
         let mut objects: Vec<(ObjectPose, Option<usize>)> =
             before.map_or_else(Vec::new, |(model, _)| model.objects.clone());
         for (object, part) in seen.snapshot.objects.iter().zip(&seen.parts) {

@@ -112,7 +112,7 @@ impl Meddled {
     /// Returns a clause on it.
     pub fn text(self) -> &'static str {
         match self {
-            Self::Part => "it moved afterwards",
+            Self::Part => "it moved after the robot had let go",
             Self::Target => "its target had moved meanwhile",
         }
     }
@@ -249,6 +249,12 @@ impl Attempts {
     /// Returns the number of attempts at `what`.
     pub fn tries(&self, what: &Intent) -> usize {
         self.all.iter().filter(|a| a.what == *what).count()
+    }
+
+    /// Returns the number of attempts to do an action with a part, wherever it was to go.
+    pub fn tries_with(&self, what: &Intent) -> usize {
+        let same = |a: &&Attempt| a.what.action == what.action && a.what.part == what.part;
+        self.all.iter().filter(same).count()
     }
 
     /// Returns the number of failed attempts with a part and of all attempts at `what`: the fewer, the sooner it is
