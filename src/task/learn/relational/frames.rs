@@ -278,6 +278,17 @@ impl<'m, 'r> Frames<'m, 'r> {
         })
     }
 
+    /// Returns whether an object, when an attempt moved it next, took another one along as it lay.
+    fn takes_along(&self, rest: usize, other: usize) -> bool {
+        let motion = self.motion;
+        let next = |rest: usize| (rest + 1 < motion.rests.len()).then_some(rest + 1);
+        let next = |rest: usize| next(rest).filter(|next| motion.previous(*next) == Some(rest));
+        next(rest).zip(next(other)).is_some_and(|(own, there)| {
+            let came = [own, there].map(|rest| motion.rests[rest].came);
+            matches!(came, [Came::Placed(_), Came::Carried]) && self.rode_along(own, there)
+        })
+    }
+
     /// Returns whether another object that moves is clearly nearer to a rest than `far`.
     fn is_crowded(&self, rest: usize, far: f64) -> bool {
         let own = &self.motion.rests[rest];
@@ -326,6 +337,10 @@ impl<'m, 'r> Frames<'m, 'r> {
             let carries = |next: &usize| self.lies_alike(rest, *next, frame);
             let later = self.carried_to.get(&rest).is_some_and(carries);
             if (!later || self.rode_along(rest, begin)) && self.came_along(rest, begin) {
+                return None;
+            }
+            // Nor was it found on what lies on it: the hanger that goes up with its shirt.
+            if own.came == Came::Found && self.takes_along(rest, begin) {
                 return None;
             }
             let there = &self.motion.rests[begin].pose;

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use statrs::function::gamma::ln_gamma;
+
 use super::motion::Motion;
 use super::operators::scene;
 use super::states::{States, least_support};
@@ -16,6 +18,19 @@ const GOAL: f64 = 0.9;
 /// Returns the number of demonstrations that have to end with a term fulfilled.
 fn enough(of: usize) -> usize {
     (GOAL * of as f64).ceil().max(1.0) as usize
+}
+
+/// Returns whether each of several references got as many objects as the others in each demonstration, and not by chance. `per` are the
+/// numbers at the references of each demonstration.
+fn were_dealt_out(per: &[Vec<usize>]) -> bool {
+    let alike = |counts: &Vec<usize>| counts.len() > 1 && counts.iter().all(|n| *n == counts[0]);
+    let ln_factorial = |n: usize| ln_gamma(n as f64 + 1.0);
+    let chance = per.iter().map(|counts| {
+        let all: usize = counts.iter().sum();
+        let ways: f64 = counts.iter().map(|n| ln_factorial(*n)).sum();
+        ln_factorial(all) - ways - all as f64 * (counts.len() as f64).ln()
+    });
+    per.iter().all(alike) && chance.sum::<f64>() <= CHANCE.ln()
 }
 
 /// The ends of the demonstrations.
@@ -34,6 +49,8 @@ struct Ends<'m, 'r> {
     up: Option<usize>,
 }
 
+/// Probability up to which it was no chance that several references got as many objects each.
+const CHANCE: f64 = 0.01;
 /// Distance from the middle of a reference, aside, up to which a part that was there once was put into or onto it, in metres.
 const ONTO_M: f64 = 0.04;
 
@@ -303,14 +320,16 @@ impl Ends<'_, '_> {
         // A place with room takes all of them, and so does one that did so for different numbers.
         let several = counts.iter().any(|end| *end > 1);
         let whole = every && several && present.iter().min() < present.iter().max();
-        if every && model.places.iter().any(Place::is_roomy) {
+        let kind = model.frame.kind();
+        let per = self.last.iter().map(|(d, end)| {
+            let references = kind.into_iter().flat_map(|kind| self.of_kind(*d, kind));
+            references.map(|r| at(end, Some(r))).collect()
+        });
+        let per: Vec<Vec<usize>> = per.collect();
+        if every && model.places.iter().any(Place::is_roomy) && !were_dealt_out(&per) {
             return Some((Quantity::EachObject, all.held));
         }
-        if let Some(kind) = model.frame.kind() {
-            let per = self.last.iter().map(|(d, end)| {
-                self.of_kind(*d, kind).map(|r| at(end, Some(r))).collect::<Vec<_>>()
-            });
-            let per: Vec<Vec<usize>> = per.collect();
+        if kind.is_some() {
             let least = per.iter().map(|counts| counts.iter().copied().min().unwrap_or(0));
             let least: Vec<(usize, usize)> = least.zip(hidden.iter().copied()).collect();
             let (each, held) = self.reached(&least);
