@@ -24,7 +24,7 @@ function reasoned(episode, act, index) {
   const lines = [];
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
   line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
-  const planned = act.recovery && !act.instead && act.recoveryKind === "part" ? names.say(act.symbol) : null;
+  const planned = act.recovery && !act.instead && ["part", "place"].includes(act.recoveryKind) ? names.say(act.symbol) : null;
   // The places of a state are numbered nowhere on the page.
   line("It had decided to", (act.instead ?? planned)?.replace(/, at place \d+$/, ""));
   const needs = names.shown(act.needs);
@@ -66,8 +66,11 @@ function looseToo(episode, act, need) {
   const words = episode.names.say(need);
   if (!words.includes(START_AREA)) return "";
   const ofKind = (text) => words.includes(text.replace(/^the /, "").split(" ")[0]);
-  const loose = (episode.places(act.asked) ?? []).some(({ words: text }) => / loose, not | lies wrongly /.test(text) && ofKind(text));
-  return loose ? " (what lies loose counts)" : "";
+  const own = (episode.places(act.asked) ?? []).map(({ words: text }) => text).filter(ofKind);
+  const loose = own.filter((text) => / loose, not | lies wrongly /.test(text));
+  const inArea = own.filter((text) => text.includes(START_AREA) && !loose.includes(text));
+  const needed = Number(/at least (\d+)/.exec(words)?.[1] ?? 1);
+  return loose.length && inArea.length < needed ? " (what lies loose counts)" : "";
 }
 
 const START_AREA = "start area";

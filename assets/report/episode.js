@@ -3,6 +3,9 @@
 // What came of a step, where the word for it says too little.
 const OUTCOMES = { placed: "done", unreachable: "the arm found no way to the target" };
 
+// Distance from a target within which something that another hand put down may be in the way, in metres.
+const NEAR_M = 0.1;
+
 class Episode {
   constructor(data, number, names) {
     this.number = number;
@@ -47,7 +50,7 @@ class Episode {
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,
-        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names), why: decision.recovery?.why,
+        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names), why: decision.recovery?.why.replace(/^it\b/, this.names.say(decision.recovery.object)),
       };
     });
   }
@@ -87,8 +90,15 @@ class Episode {
     const own = [chosen?.object, chosen?.reference].filter((id) => id !== undefined && id !== null);
     // Of a step whose part is not known, any may be it.
     const all = own.length === 0 || !["dropped", "missed"].includes(outcome);
-    const during = this.displaced.filter(({ t, object }) => t >= decided && t <= until && (all || own.includes(object) || !parts.includes(object)));
-    return during.map((one) => `at ${seconds(one.t, 1)}, ${when(one.t)}, ${one.words.replace(", not the robot,", "")}`).join("; ");
+    const at = chosen?.target?.position;
+    const near = ({ to }) => Boolean(at && to) && Math.hypot(to.position[0] - at[0], to.position[1] - at[1]) < NEAR_M;
+    const during = this.displaced.filter((one) => one.t >= decided && one.t <= until
+      && (all || own.includes(one.object) || !parts.includes(one.object) || near(one)));
+    return during.map((one) => {
+      const gone = one.object === chosen?.reference && ["dropped", "blocked", "occupied", "missed"].includes(outcome) && one.t < (lost ?? until);
+      const where = gone ? ", but the robot went on to where that had been" : !own.includes(one.object) && near(one) ? ", near to where the robot went" : "";
+      return `at ${seconds(one.t, 1)}, ${when(one.t)}, ${one.words.replace(", not the robot,", "")}${where}`;
+    }).join("; ");
   }
 
   // Where a part was after its step. Its distance from the target says nothing of the step if another hand had moved it.

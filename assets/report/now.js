@@ -21,7 +21,7 @@ function nowEntries(episode, time, goalWords) {
     add("Now", lost !== undefined && time >= lost && !over ? `dropped what it carried: ${act.words}` : `doing: ${act.words}${over}`);
     if (act.recovery) add("Why so", act.recovery);
   } else {
-    add("Now", index === episode.acts.length - 1 ? `done: ${episode.outcome()}` : "looking again: it knew no way");
+    add("Now", index === episode.acts.length - 1 ? `${episode.end?.ended === "GoalMet" ? "done" : "over"}: ${episode.outcome()}` : "looking again: it knew no way");
   }
   if (act?.action && episode.end && time >= episode.duration - 1e-6) add("At the end", episode.outcome());
   const other = episode.displaced.findLast(({ t }) => t <= time && time < t + TOLD_S);

@@ -33,13 +33,14 @@ function story({ run, domain, recording }, episode) {
   const anew = `; after the other${failed > 1 ? "s" : ""} it decided anew`;
   const unlike = acts.filter((act) => !act.well && act.landed && !act.landed.as_planned);
   const missed = unlike.slice(0, 3).map((act) => `“${capital(act.words)}” went otherwise (${act.came}): ${episode.landedInWords(act)}.`);
-  if (unlike.length > 3) missed.push(`And ${unlike.length - 3} more: see “What went wrong”.`);
+  const others = failed - missed.length;
+  if (others > 0) missed.push(`And ${others} more: see “What went wrong”.`);
   const done = [`${well || "None"} of ${plural(acts.length, "step")} ended as planned${also}${failed ? anew : ""}.`, ...missed,
     episode.end ? `After ${seconds(episode.end.simulated_s, 1)}: ${episode.outcome()}.` : "The end of the episode is unknown."];
   const { interventions } = summary;
   if (interventions && episode.recorded) decided.push(`${plural(interventions, "intervention")} of a log changed the run as it went on, so this is not what it does by itself.`);
-  const others = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);
-  done.splice(1 + missed.length, 0, ...others.slice(0, 3), ...(others.length > 3 ? [`And ${others.length - 3} times more.`] : []));
+  const hands = episode.displaced.map((one) => `At ${seconds(one.t, 1)} ${one.words}.`);
+  done.splice(1 + missed.length, 0, ...hands.slice(0, 3), ...(hands.length > 3 ? [`And ${hands.length - 3} times more.`] : []));
   if (episodes > 1) done.push(`In all, ${summary.assembled} of ${episodes} episodes were solved.`);
   return [["Shown", shown], ["Learned", learned, actions], ["Decided", decided, steps], ["Done", done]];
 }

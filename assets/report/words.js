@@ -29,17 +29,18 @@ const PHASES = {
 // Why an episode ended. A trace of an older version does not say it in words, and `run.json` only of failures.
 function endInWords(end, reason) {
   const older = "the trace is of an older version, which does not say why the episode ended";
-  return end?.words ?? reason ?? (end ? older : "the end of the episode is unknown");
+  const unseen = end?.assembled && end.ended !== "GoalMet" ? "; the task was solved all the same, but the robot did not see that" : "";
+  return (end?.words ?? reason ?? (end ? older : "the end of the episode is unknown")) + unseen;
 }
 
 // What the executor changed after a failure, and why.
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
   const { kind, why, attempt, object } = recovery;
-  return `${recoveryOf(kind, names.say(object))}${attempt > 1 && !detourInWords(recovery, names) ? `, the ${ordinal(attempt)} try with it` : ""}: ${why}`;
+  return `${recoveryOf(kind, names.say(object))}${attempt > 1 && !detourInWords(recovery, names) ? `, for the ${ordinal(attempt)} time` : ""}: ${why}`;
 }
 
-const ordinal = (number) => ["first", "second", "third", "fourth", "fifth"][number - 1] ?? `${number}th`;
+const ordinal = (number) => ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"][number - 1] ?? `${number}th`;
 
 // What a recovery does with an object.
 function recoveryOf(kind, object) {

@@ -76,7 +76,7 @@ pub struct Recovery {
     pub name: String,
     /// Reason, in words.
     pub why: String,
-    /// Number of the try, from 1: of this action with this object, wherever it was to go, or of this kind of recovery with this object.
+    /// How many times the robot has set out to take the object, this one included; of a detour, how many times it has made this one.
     pub attempt: usize,
 }
 
@@ -86,15 +86,16 @@ impl Recovery {
         if self.name.is_empty() { &self.object } else { &self.name }
     }
 
-    /// Returns what the robot does, the number of the try if it is not the first of the decided action, and why, as one sentence without a full stop.
+    /// Returns what the robot does, how often it has tried if it carries out the decided action not for the first time, and why, as one sentence without a full stop.
     pub fn text(&self) -> String {
         let does = self.kind.describe(self.name());
         if self.attempt < 2 || self.kind.is_detour() {
             return format!("{does}: {}", self.why);
         }
-        let words = ["second", "third", "fourth", "fifth"];
+        let words =
+            ["second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
         let ordinal = words.get(self.attempt - 2).map(|word| (*word).to_owned());
         let ordinal = ordinal.unwrap_or_else(|| format!("{}th", self.attempt));
-        format!("{does}, the {ordinal} try with it: {}", self.why)
+        format!("{does}, for the {ordinal} time: {}", self.why)
     }
 }

@@ -202,7 +202,7 @@ impl Live {
     ) -> Option<Recovery> {
         let object = places::id(&self.cell.sensed(), choice.part);
         let name = places::name(&self.cell.sensed(), choice.part);
-        let attempt = self.attempts.tries_with(&choice.what) + 1;
+        let attempt = self.attempts.tries_with(choice.part) + 1;
         let recovery = |kind, why: String| {
             let (object, name) = (object.clone(), name.clone());
             Some(Recovery { kind, object, name, why, attempt })
@@ -233,10 +233,9 @@ impl Live {
             return recovery(if other { RecoveryKind::Grasp } else { RecoveryKind::Again }, why);
         }
         match means {
-            Means::Any(_) => recovery(
-                RecoveryKind::Grasp,
-                "none of the grasps that the task names is possible".into(),
-            ),
+            Means::Any(_) => {
+                recovery(RecoveryKind::Grasp, "the task names none that is possible".into())
+            }
             _ => None,
         }
     }

@@ -16,7 +16,8 @@
 //! 2. **States.** The rests of each kind are clustered. Each cluster has its own frame: the world, or the nearest
 //!    object of some kind. Clusters merge while the marginal likelihood under a Chinese-restaurant prior rises. The
 //!    variance of each coordinate is integrated out, and a coordinate may be open. Rigid motions preserve volume, so
-//!    the frame in which the placements are tight wins. Objects may look alike from two, three, four or six sides. Fixtures that
+//!    the frame in which the placements are tight wins. Objects may look alike from two, three, four or six sides, or lie along a line with either
+//!    end ahead. Fixtures that
 //!    always stood level are taken to be level where noise tilts them. Clusters in one frame with the same sources and sinks become
 //!    one state with several places.
 //! 3. **Operators.** The parameters are the object, the reference of its old state (origin) and of its new state

@@ -251,10 +251,9 @@ impl Attempts {
         self.all.iter().filter(|a| a.what == *what).count()
     }
 
-    /// Returns the number of attempts to do an action with a part, wherever it was to go.
-    pub fn tries_with(&self, what: &Intent) -> usize {
-        let same = |a: &&Attempt| a.what.action == what.action && a.what.part == what.part;
-        self.all.iter().filter(same).count()
+    /// Returns the number of attempts with a part, whatever was to be done with it.
+    pub fn tries_with(&self, part: usize) -> usize {
+        self.all.iter().filter(|a| a.what.part == part).count()
     }
 
     /// Returns the number of failed attempts with a part and of all attempts at `what`: the fewer, the sooner it is
