@@ -9,6 +9,7 @@
 //! | find where a move puts its object | [`Problem::target`] |
 
 mod assumed;
+mod causes;
 mod compiler;
 mod counted;
 mod exclusion;

@@ -19,6 +19,7 @@ mod sides;
 mod single;
 mod states;
 mod taken;
+mod together;
 mod views;
 
 use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};

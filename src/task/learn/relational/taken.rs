@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use super::frames::Frames;
 use super::motion::Came;
-use super::places::{CHANCE_BOTH, Group, PLACE_M, PLACE_SD, so_many_found};
+use super::places::{Group, PLACE_M, PLACE_SD};
+use super::together::{CHANCE_BOTH, so_many_found};
 
 /// Number of places from which they show how a row or a grid goes on.
 const ROW: usize = 3;
