@@ -24,7 +24,10 @@ function reasoned(episode, act, index) {
   const lines = [];
   const line = (label, text) => { if (text) lines.push(make("li", null, make("b", `${label}: `), text)); };
   line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
-  const planned = act.recovery && !act.instead && ["part", "place"].includes(act.recoveryKind) ? names.say(act.symbol) : null;
+  // Another part or another place than decided on.
+  const reference = names.words.get(act.chosen?.reference);
+  const other = act.action && !act.instead && reference && act.symbol && !names.say(act.symbol).includes(reference);
+  const planned = other || (act.recovery && !act.instead && ["part", "place"].includes(act.recoveryKind)) ? names.say(act.symbol) : null;
   // The places of a state are numbered nowhere on the page.
   line("It had decided to", (act.instead ?? planned)?.replace(/, at place \d+$/, ""));
   const needs = names.shown(act.needs);

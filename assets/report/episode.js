@@ -1,7 +1,7 @@
 // One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
 
 // What came of a step, where the word for it says too little.
-const OUTCOMES = { placed: "done", unreachable: "the arm found no way to the target" };
+const OUTCOMES = { placed: "done", unreachable: "the arm found no way to the target", missed: "missed: the hand closed, but did not hold it" };
 
 // Distance from a target within which something that another hand put down may be in the way, in metres.
 const NEAR_M = 0.1;

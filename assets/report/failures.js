@@ -46,7 +46,7 @@ function missedBy(episode, act) {
   });
   const own = apart.find(({ id }) => id === chosen.object);
   if (!own) return "";
-  const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"}`;
+  const height = Math.abs(own.above) < 5e-4 ? "at its height" : `${millimetres(Math.abs(own.above), 0)} mm ${own.above > 0 ? "above" : "below"} it`;
   const name = episode.names.say(own.id);
   const meddled = episode.meddled(act);
   if (act.landed && !act.landed.as_planned && act.outcome === "placed") return [capital(episode.landedInWords(act)), meddled].filter(Boolean).join("; ");

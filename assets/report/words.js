@@ -40,7 +40,7 @@ function recoveryInWords(recovery, names) {
   return `${recoveryOf(kind, names.say(object))}${attempt > 1 && !detourInWords(recovery, names) ? `, for the ${ordinal(attempt)} time` : ""}: ${why}`;
 }
 
-const ordinal = (number) => ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"][number - 1] ?? `${number}th`;
+const ordinal = (number) => ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"][number - 1] ?? `${number}${number % 100 > 10 && number % 100 < 14 ? "th" : ["th", "st", "nd", "rd"][number % 10] ?? "th"}`;
 
 // What a recovery does with an object.
 function recoveryOf(kind, object) {

@@ -95,7 +95,14 @@ impl Recovery {
         let words =
             ["second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
         let ordinal = words.get(self.attempt - 2).map(|word| (*word).to_owned());
-        let ordinal = ordinal.unwrap_or_else(|| format!("{}th", self.attempt));
+        let ending = match (self.attempt % 10, self.attempt % 100) {
+            (_, 11..=13) => "th",
+            (1, _) => "st",
+            (2, _) => "nd",
+            (3, _) => "rd",
+            _ => "th",
+        };
+        let ordinal = ordinal.unwrap_or_else(|| format!("{}{ending}", self.attempt));
         format!("{does}, for the {ordinal} time: {}", self.why)
     }
 }

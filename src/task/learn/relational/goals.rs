@@ -309,7 +309,7 @@ impl Ends<'_, '_> {
             let done = *end > 0 && model.origin == Origin::Placed;
             (gained, *hidden > 0 || done)
         });
-        if !self.suffices(Held::of(gained)) {
+        if !self.suffices(Held::of(gained)) && !self.was_completed(state) {
             return None;
         }
         let present = self.last.iter().map(|(d, _)| self.of_kind(*d, &model.kind).count());
@@ -344,6 +344,18 @@ impl Ends<'_, '_> {
         let counts: Vec<(usize, usize)> = counts.into_iter().zip(hidden).collect();
         let (least, held) = self.reached(&counts);
         Some((Quantity::AtLeast(least), held))
+    }
+
+    /// Returns whether every demonstration ends in a state that nothing ever left, with as many objects as the others, and several had to
+    /// bring some there: what was missing at first was put there each time.
+    fn was_completed(&self, state: usize) -> bool {
+        let demos = self.last.iter().map(|(d, _)| self.counts(state, *d).collect());
+        let demos: Vec<Vec<usize>> = demos.collect();
+        let end = |counts: &Vec<usize>| counts.last().copied().unwrap_or(0);
+        let all = demos.first().map_or(0, end);
+        let stays = |counts: &Vec<usize>| counts.is_sorted() && end(counts) == all;
+        let brought = demos.iter().filter(|counts| counts[0] < all).count();
+        all > 0 && demos.iter().all(stays) && brought >= least_support(demos.len()).max(2)
     }
 
     /// Returns the states of [`Goals::missed`].
