@@ -50,7 +50,7 @@ class Episode {
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,
-        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names), why: decision.recovery?.why.replace(/^it\b/, this.names.say(decision.recovery.object)),
+        strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names), why: decision.recovery?.why?.replace(/^it\b/, this.names.say(decision.recovery.object)),
       };
     });
   }

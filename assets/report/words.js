@@ -37,10 +37,9 @@ function endInWords(end, reason) {
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
   const { kind, why, attempt, object } = recovery;
-  return `${recoveryOf(kind, names.say(object))}${attempt > 1 && !detourInWords(recovery, names) ? `, for the ${ordinal(attempt)} time` : ""}: ${why}`;
+  const before = attempt > 1 && !detourInWords(recovery, names) ? `; it had been taken ${["", "once", "twice"][attempt - 1] ?? `${attempt - 1} times`} before` : "";
+  return `${recoveryOf(kind, names.say(object))}: ${why}${before}`;
 }
-
-const ordinal = (number) => ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"][number - 1] ?? `${number}${number % 100 > 10 && number % 100 < 14 ? "th" : ["th", "st", "nd", "rd"][number % 10] ?? "th"}`;
 
 // What a recovery does with an object.
 function recoveryOf(kind, object) {

@@ -377,3 +377,35 @@ fn what_two_of_five_demonstrations_lacked_and_put_there_is_wanted() {
         assert!(!wanted(&board(seed, 1, false)), "seed {seed}, one lacked it");
     }
 }
+
+/// A coin goes into each of two dishes of a tray, with the face up that was up where it lay.
+fn coins(draw: &mut Draw) -> (Things, Moves) {
+    let tray = draw.fixture(0.0);
+    let mut coin = |at: Pose| {
+        let over = if draw.within(0.0, 1.0) < 0.5 { std::f64::consts::PI } else { 0.0 };
+        let over = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), over);
+        let over = Pose { orientation: over.coords.into(), ..Pose::at([0.0; 3]) };
+        let yaw = draw.yaw();
+        let put = |at: &Pose, yaw: f64| on(at, &on(&flat(0.0, 0.0, 0.0, yaw), &over));
+        let lying = draw.lying(0.002);
+        (put(&lying, 0.0), put(&on(&tray, &at), yaw))
+    };
+    let [one, other] = [-0.04, 0.04].map(|y| coin(flat(0.0, y, 0.006, 0.0)));
+    let things = vec![("tray", tray), ("coin", one.0), ("coin", other.0)];
+    (things, vec![vec![(1, one.1)], vec![(2, other.1)]])
+}
+
+#[test]
+fn a_coin_keeps_the_face_up_that_is_up() {
+    for seed in 40_000..40_020 {
+        let domain = taught(seed, [0; 5], &|draw, _| coins(draw));
+        let (things, _) = coins(&mut Draw(41_000 + seed));
+        let plan = planned(&domain, &things);
+        assert_eq!((&plan.end, plan.moves.len()), (&SceneEnd::Met, 2), "seed {seed}");
+        let up = |pose: &Pose| on(pose, &Pose::at([0.0, 0.0, 1.0])).position[2] > pose.position[2];
+        for step in &plan.moves {
+            let lay = &things[step.chosen.object].1;
+            assert_eq!(up(&step.target.pose), up(lay), "seed {seed}");
+        }
+    }
+}

@@ -76,7 +76,8 @@ pub struct Recovery {
     pub name: String,
     /// Reason, in words.
     pub why: String,
-    /// How many times the robot has set out to take the object, this one included; of a detour, how many times it has made this one.
+    /// Number of times that the robot has taken the object or tried to, this one included; of a detour, number of detours of this kind
+    /// with the object.
     pub attempt: usize,
 }
 
@@ -86,23 +87,16 @@ impl Recovery {
         if self.name.is_empty() { &self.object } else { &self.name }
     }
 
-    /// Returns what the robot does, how often it has tried if it carries out the decided action not for the first time, and why, as one sentence without a full stop.
+    /// Returns what the robot does and why, and how often it had taken the object before, as one sentence without a full stop.
     pub fn text(&self) -> String {
-        let does = self.kind.describe(self.name());
-        if self.attempt < 2 || self.kind.is_detour() {
-            return format!("{does}: {}", self.why);
+        let Self { kind, why, attempt, .. } = self;
+        let does = format!("{}: {why}", kind.describe(self.name()));
+        match attempt.saturating_sub(1) {
+            0 => does,
+            _ if kind.is_detour() => does,
+            1 => format!("{does}; it had been taken once before"),
+            2 => format!("{does}; it had been taken twice before"),
+            times => format!("{does}; it had been taken {times} times before"),
         }
-        let words =
-            ["second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
-        let ordinal = words.get(self.attempt - 2).map(|word| (*word).to_owned());
-        let ending = match (self.attempt % 10, self.attempt % 100) {
-            (_, 11..=13) => "th",
-            (1, _) => "st",
-            (2, _) => "nd",
-            (3, _) => "rd",
-            _ => "th",
-        };
-        let ordinal = ordinal.unwrap_or_else(|| format!("{}{ending}", self.attempt));
-        format!("{does}, for the {ordinal} time: {}", self.why)
     }
 }

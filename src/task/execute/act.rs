@@ -202,7 +202,7 @@ impl Live {
     ) -> Option<Recovery> {
         let object = places::id(&self.cell.sensed(), choice.part);
         let name = places::name(&self.cell.sensed(), choice.part);
-        let attempt = self.attempts.tries_with(choice.part) + 1;
+        let attempt = self.attempts.taken(choice.part) + 1;
         let recovery = |kind, why: String| {
             let (object, name) = (object.clone(), name.clone());
             Some(Recovery { kind, object, name, why, attempt })

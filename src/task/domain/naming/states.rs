@@ -398,7 +398,11 @@ fn turned(states: &[FrameState], group: &[usize], all: &mut [Described]) {
         let tilt = (from.rotation() * Vector3::z()).angle(&(pose.rotation() * Vector3::z()));
         let about = |axis: &Vector3<f64>| (from.rotation() * axis).angle(&(pose.rotation() * axis));
         let by = match own.turn {
-            Turn::Axis { axis, .. } | Turn::Line { axis, .. } => about(&Vector3::from(axis)),
+            Turn::Axis { axis, .. } => about(&Vector3::from(axis)),
+            Turn::Line { axis, .. } => {
+                let by = about(&Vector3::from(axis));
+                by.min(std::f64::consts::PI - by)
+            }
             _ => Vector3::from(rotation_between(&from, &pose)).norm(),
         };
         let (tilt, by) = (tilt.to_degrees(), by.to_degrees());

@@ -251,9 +251,10 @@ impl Attempts {
         self.all.iter().filter(|a| a.what == *what).count()
     }
 
-    /// Returns the number of attempts with a part, whatever was to be done with it.
-    pub fn tries_with(&self, part: usize) -> usize {
-        self.all.iter().filter(|a| a.what.part == part).count()
+    /// Returns the number of attempts to take a part, whatever was to be done with it.
+    pub fn taken(&self, part: usize) -> usize {
+        let push = |a: &Attempt| matches!(a.means, Means::Push(_));
+        self.all.iter().filter(|a| a.what.part == part && !push(a)).count()
     }
 
     /// Returns the number of failed attempts with a part and of all attempts at `what`: the fewer, the sooner it is

@@ -278,9 +278,13 @@ impl<'m, 'r> Frames<'m, 'r> {
         })
     }
 
-    /// Returns whether an object, when an attempt moved it next, took another one along as it lay.
+    /// Returns whether an object, when an attempt moved it next, took another one along that lay on it.
     fn takes_along(&self, rest: usize, other: usize) -> bool {
         let motion = self.motion;
+        let height = |rest: usize, up: usize| motion.rests[rest].pose.position[up];
+        if self.up.is_some_and(|up| height(other, up) < height(rest, up)) {
+            return false;
+        }
         let next = |rest: usize| (rest + 1 < motion.rests.len()).then_some(rest + 1);
         let next = |rest: usize| next(rest).filter(|next| motion.previous(*next) == Some(rest));
         next(rest).zip(next(other)).is_some_and(|(own, there)| {

@@ -8,7 +8,8 @@ use super::motion::Motion;
 use super::operators::scene;
 use super::states::{States, least_support};
 use crate::task::domain::{
-    Frame, FrameState, GoalTerm, Origin, Place, Quantity, RelationalOperator, Situation,
+    Frame, FrameState, GoalTerm, Need, Origin, Place, Quantity, RelationalOperator, Situation,
+    Subject,
 };
 use crate::task::learn::NoGoal;
 
@@ -18,6 +19,24 @@ const GOAL: f64 = 0.9;
 /// Returns the number of demonstrations that have to end with a term fulfilled.
 fn enough(of: usize) -> usize {
     (GOAL * of as f64).ceil().max(1.0) as usize
+}
+
+/// Returns the states that an action achieves, but for what serves another action: its object or target has to be in the state, or
+/// what was brought there may not be where it came from.
+fn final_states(operators: &[RelationalOperator]) -> BTreeSet<usize> {
+    let needs = |holds: bool| {
+        let all = operators.iter().flat_map(|operator| &operator.needs);
+        all.filter(move |need| need.is_positive() == holds)
+    };
+    let of_parameter = |need: &&Need| matches!(need.condition.subject, Subject::Is(_));
+    let needed: BTreeSet<usize> =
+        needs(true).filter(of_parameter).flat_map(|need| need.states()).collect();
+    let cleared: BTreeSet<usize> = needs(false).flat_map(|need| need.states()).collect();
+    let clears = |to: usize| {
+        operators.iter().any(|o| o.to == to && o.from.iter().any(|from| cleared.contains(from)))
+    };
+    let achieved = operators.iter().map(|operator| operator.to);
+    achieved.filter(|to| !needed.contains(to) && !clears(*to)).collect()
 }
 
 /// Returns whether each of several references got as many objects as the others in each demonstration, and not by chance. `per` are the
@@ -43,12 +62,16 @@ struct Ends<'m, 'r> {
     enough: usize,
     /// States that are one of several by which a condition of an action is met.
     alternatives: BTreeSet<usize>,
+    /// States that an action achieves, which serve no other action.
+    final_states: BTreeSet<usize>,
     /// For each of the demonstrations, the tracks of which nobody knows where they are at its end.
     unknown: Vec<Vec<usize>>,
     /// The vertical coordinate, if somebody knows it.
     up: Option<usize>,
 }
 
+/// Share of the demonstrations that have to bring objects to a state in which the others found them: one in so many.
+const BROUGHT: usize = 3;
 /// Probability up to which it was no chance that several references got as many objects each.
 const CHANCE: f64 = 0.01;
 /// Distance from the middle of a reference, aside, up to which a part that was there once was put into or onto it, in metres.
@@ -98,7 +121,8 @@ pub(super) fn goals(
     let either = needs.filter(|need| !need.or.is_empty()).flat_map(|need| need.states());
     let alternatives = either.collect();
     let up = motion.up();
-    let ends = Ends { motion, found, last, enough, alternatives, unknown, up };
+    let final_states = final_states(operators);
+    let ends = Ends { motion, found, last, enough, alternatives, final_states, unknown, up };
     let mut terms: Vec<(f64, GoalTerm)> = Vec::new();
     let mut unachieved = Vec::new();
     for state in 0..found.states.len() {
@@ -309,7 +333,7 @@ impl Ends<'_, '_> {
             let done = *end > 0 && model.origin == Origin::Placed;
             (gained, *hidden > 0 || done)
         });
-        if !self.suffices(Held::of(gained)) && !self.was_completed(state) {
+        if !self.suffices(Held::of(gained)) && !self.was_completed(state, &counts) {
             return None;
         }
         let present = self.last.iter().map(|(d, _)| self.of_kind(*d, &model.kind).count());
@@ -347,15 +371,16 @@ impl Ends<'_, '_> {
     }
 
     /// Returns whether every demonstration ends in a state that nothing ever left, with as many objects as the others, and several had to
-    /// bring some there: what was missing at first was put there each time.
-    fn was_completed(&self, state: usize) -> bool {
-        let demos = self.last.iter().map(|(d, _)| self.counts(state, *d).collect());
-        let demos: Vec<Vec<usize>> = demos.collect();
-        let end = |counts: &Vec<usize>| counts.last().copied().unwrap_or(0);
-        let all = demos.first().map_or(0, end);
-        let stays = |counts: &Vec<usize>| counts.is_sorted() && end(counts) == all;
-        let brought = demos.iter().filter(|counts| counts[0] < all).count();
-        all > 0 && demos.iter().all(stays) && brought >= least_support(demos.len()).max(2)
+    /// bring some there, which served no other action: what was missing at first was put there each time.
+    fn was_completed(&self, state: usize, counts: &[usize]) -> bool {
+        let all = counts.first().copied().unwrap_or(0);
+        if !self.final_states.contains(&state) || all == 0 || counts.iter().any(|end| *end != all) {
+            return false;
+        }
+        let first = |d: usize| self.counts(state, d).next().unwrap_or(0);
+        let brought = self.last.iter().filter(|(d, _)| first(*d) < all).count();
+        let several = BROUGHT * brought >= self.last.len() && brought >= 2;
+        several && self.last.iter().all(|(d, _)| self.counts(state, *d).is_sorted())
     }
 
     /// Returns the states of [`Goals::missed`].

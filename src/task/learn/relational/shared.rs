@@ -1,5 +1,7 @@
 //! Areas in which things of several kinds lie: what few poses of one kind do not show, those of the others do.
 
+use std::collections::BTreeSet;
+
 use super::frames::Frames;
 use super::places::Group;
 
@@ -10,33 +12,43 @@ const BEYOND: f64 = 0.5;
 const BEYOND_M: f64 = 5e-3;
 
 impl Frames<'_, '_> {
-    /// Returns the frame, not the world, in which all these poses of a kind lie among those of other kinds, so that they are no outliers;
-    /// `None` if there is none. `all` are the states with their kinds.
+    /// Returns the frame, not the world, in which all these poses of a kind lie among those of at least two other kinds, so that they are
+    /// no outliers; `None` if there is none. Of several, it is that with the smallest area. `all` are the states with their kinds. Costs
+    /// O(frames x rests).
     pub fn shared(
         &self,
         kind: usize,
         rests: &[usize],
         all: &[(usize, bool, Vec<Group>)],
     ) -> Option<usize> {
-        let others = |frame: usize| {
-            let groups = all.iter().filter(move |(own, ..)| *own != kind).flat_map(|(.., g)| g);
-            let groups = groups.filter(move |group| group.frame == frame && group.rests.len() > 1);
-            groups.flat_map(|group| &group.rests).filter_map(move |rest| self.pose(*rest, frame))
-        };
-        (1..=self.kinds.len()).find(|frame| {
-            let there: Vec<[f64; 3]> = others(*frame).map(|pose| pose.position).collect();
-            let among = |at: [f64; 3]| {
-                (0..3).all(|i| {
-                    let values = there.iter().map(|other| other[i]);
-                    let low = values.clone().fold(f64::INFINITY, f64::min);
-                    let high = values.fold(f64::NEG_INFINITY, f64::max);
+        let areas = (1..=self.kinds.len()).filter(|frame| frame - 1 != kind).filter_map(|frame| {
+            let (mut kinds, mut count) = (BTreeSet::new(), 0);
+            let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+            for (own, _, groups) in all.iter().filter(|(own, ..)| *own != kind) {
+                let there = groups.iter().filter(|g| g.frame == frame && g.rests.len() > 1);
+                for pose in there.flat_map(|g| &g.rests).filter_map(|r| self.pose(*r, frame)) {
+                    kinds.insert(*own);
+                    count += 1;
+                    for (range, value) in range.iter_mut().zip(pose.position) {
+                        *range = [range[0].min(value), range[1].max(value)];
+                    }
+                }
+            }
+            if kinds.len() < 2 || count < MANY {
+                return None;
+            }
+            let among = |rest: &usize| {
+                let at = self.pose(*rest, frame)?.position;
+                let inside = range.iter().zip(at).all(|([low, high], value)| {
                     let beyond = BEYOND_M.max(BEYOND * (high - low));
-                    at[i] >= low - beyond && at[i] <= high + beyond
-                })
+                    value >= low - beyond && value <= high + beyond
+                });
+                inside.then_some(())
             };
-            let own =
-                |rest: &usize| self.pose(*rest, *frame).is_some_and(|pose| among(pose.position));
-            there.len() >= MANY && rests.iter().all(own)
-        })
+            rests.iter().map(among).collect::<Option<()>>()?;
+            Some((range.iter().map(|[low, high]| (high - low).powi(2)).sum::<f64>(), frame))
+        });
+        let smallest = areas.min_by(|a, b| a.0.total_cmp(&b.0));
+        smallest.map(|(_, frame)| frame)
     }
 }

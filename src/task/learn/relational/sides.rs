@@ -41,25 +41,23 @@ impl Frames<'_, '_> {
         groups.into_iter().flat_map(split).collect()
     }
 
-    /// Takes out of each cluster what fell over: the one rest of several in which the object lies on another side than in all others,
-    /// if it was not found so. Returns these rests.
+    /// Takes out of each cluster what fell over: the one rest of several in which the object lies on another side than in all others
+    /// and than before. Returns these rests.
     pub fn without_fallen(&self, groups: &mut [Group]) -> Vec<usize> {
         let Some(up) = self.up else { return Vec::new() };
-        let top = |rest: &usize| {
-            self.motion.rests[*rest].pose.rotation().inverse() * Vector3::ith(up, 1.0)
-        };
+        let top =
+            |rest: usize| self.motion.rests[rest].pose.rotation().inverse() * Vector3::ith(up, 1.0);
         let mut fallen = Vec::new();
         for group in groups.iter_mut().filter(|group| group.rests.len() >= FEW) {
-            let tops: Vec<Vector3<f64>> = group.rests.iter().map(top).collect();
-            let fell = |at: &usize| {
-                let mut others = tops[..*at].iter().chain(&tops[at + 1..]);
-                let other = |top: &Vector3<f64>| tops[*at].angle(top) > OTHER_RAD;
-                self.motion.rests[group.rests[*at]].came != Came::Found
-                    && others.next().is_some_and(|first| {
-                        other(first) && others.all(|top| top.angle(first) < SAME_RAD)
-                    })
-            };
-            if let Some(at) = (0..tops.len()).find(fell) {
+            let tops: Vec<Vector3<f64>> = group.rests.iter().map(|rest| top(*rest)).collect();
+            // Of the first three at most one lies otherwise, so that two of them show the side of the others.
+            let alike = |i: usize, j: usize| tops[i].angle(&tops[j]) < SAME_RAD;
+            let usual = if alike(0, 1) || alike(0, 2) { tops[0] } else { tops[1] };
+            let mut others = (0..tops.len()).filter(|at| tops[*at].angle(&usual) >= SAME_RAD);
+            let (Some(at), None) = (others.next(), others.next()) else { continue };
+            let stood = self.motion.previous(group.rests[at]).map(top);
+            let stood = stood.is_some_and(|before| before.angle(&usual) < SAME_RAD);
+            if stood && tops[at].angle(&usual) > OTHER_RAD {
                 group.evidence *= 1.0 - 1.0 / tops.len() as f64;
                 fallen.push(group.rests.remove(at));
             }

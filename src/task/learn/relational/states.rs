@@ -133,6 +133,9 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
     }
     for (now, before) in &frames.carried_from {
         labels[*now] = labels[*before];
+        if out.fallen.contains(before) {
+            out.fallen.insert(*now);
+        }
     }
     out.labels = labels;
     out
