@@ -54,7 +54,10 @@ function reasoned(episode, act, index) {
 function idleInWords(episode, act, index) {
   if (index === episode.acts.length - 1) return `The end: ${episode.outcome()}.`;
   const out = act.strays.map(({ object }) => episode.names.say(object));
-  return `No step: it knew no way${out.length ? ` with ${out.join(" and ")} out of place` : ""}, and looked again.`;
+  const next = episode.acts[index + 1];
+  const assumed = next.action && next.needs.some((need) => next.holds.includes(need) && takenAsSo(episode, next, need));
+  const then = assumed ? "went on as if that were where such things start from" : "looked again";
+  return `No step: it knew no way${out.length ? ` with ${out.join(" and ")} out of place` : ""}, and ${then}.`;
 }
 
 // Whether a fact that holds is a guess about a part in no state.
@@ -97,5 +100,8 @@ function outcomeOf(episode, act, index) {
   const word = make("span", act.came);
   word.className = act.well ? "good" : "bad";
   const where = act.well || !act.landed ? [] : [make("div", episode.landedInWords(act))];
+  // Of what was only moved away, where it is now.
+  const moved = act.well && act.moved ? episode.places(act.until)?.find(({ id }) => id === act.moved)?.words : null;
+  if (moved) where.push(make("div", moved));
   return make("div", null, word, ...where, make("div", `until ${seconds(act.until)}`), make("div", `thought ${act.took.toFixed(0)} ms`));
 }

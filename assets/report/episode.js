@@ -1,7 +1,14 @@
 // One episode: its decisions with their reasons, contacts, frames, and what holds at each moment.
 
 // What came of a step, where the word for it says too little.
-const OUTCOMES = { placed: "done", unreachable: "the arm found no way to the target", missed: "missed: the hand closed, but did not hold it" };
+const OUTCOMES = {
+  placed: "done",
+  unreachable: "the arm found no way to the target",
+  missed: "missed: the hand closed, but did not hold it",
+  occupied: "something was in the way at the target, and the hand put it back",
+};
+// What came of it if the hand had lifted the part before.
+const PUT_BACK = { unreachable: "the hand lifted it, found no way from there to the target, and put it back" };
 
 // Distance from a target within which something that another hand put down may be in the way, in metres.
 const NEAR_M = 0.1;
@@ -45,8 +52,8 @@ class Episode {
         step, asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: OUTCOMES[came] ?? came, well: outcome === "placed" && !off,
-        until: decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null,
+        came: (decision.skill?.picked && PUT_BACK[came]) || (OUTCOMES[came] ?? came), well: outcome === "placed" && !off,
+        until: decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null, moved: detour ? decision.recovery.object : null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,

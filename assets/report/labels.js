@@ -46,7 +46,7 @@ class Labels {
 
   // Puts every label where it covers nothing of `solid` (gripper and parts) and, if it can, nothing of `soft` (arm and
   // fixtures). A label stays at its place while the place is free. A state outside the picture has no label. A narrow picture has few
-  // labels, those of goals and of what is near first, and none over the `table` while there is room elsewhere.
+  // labels, those of goals and of what is near first, and none over the `table` or the arm while there is room elsewhere.
   place(camera, solid, soft, table) {
     if (!this.shown || !this.width) return;
     const { narrow } = this;
@@ -58,7 +58,7 @@ class Labels {
     seen.sort((a, b) => a.omitted - b.omitted || a.rank - b.rank);
     const only = (most) => seen.forEach((each, i) => { each.omitted ||= narrow && i >= most; });
     only(RIM.few);
-    this.put(seen, narrow ? [...solid, ...table] : solid, soft);
+    this.put(seen, narrow ? [...solid, ...table, ...soft] : solid, soft);
     if (!narrow || seen.some(({ one }) => one.place)) return;
     only(RIM.least);
     this.put(seen, solid, soft);

@@ -50,7 +50,7 @@ function recoveryOf(kind, object) {
     place: `puts ${object} at another place`,
     order: `takes ${object} first`,
     regrasp: `lays ${object} at a free place, to take it anew`,
-    reseat: `takes ${object} out`,
+    reseat: `takes ${object} from where it lies, and lays it at a free place`,
     clear: `moves ${object} out of the way`,
     push: `pushes ${object}`,
   };
@@ -61,7 +61,10 @@ function recoveryOf(kind, object) {
 function detourInWords(recovery, names) {
   const object = recovery && names.say(recovery.object);
   const orders = {
-    regrasp: `lay ${object} at a free place, to take it anew`, reseat: `take ${object} out`, clear: `move ${object} out of the way`, push: `push ${object}`,
+    regrasp: `lay ${object} at a free place, to take it anew`,
+    reseat: `take ${object} from where it lies, and lay it at a free place`,
+    clear: `move ${object} out of the way`,
+    push: `push ${object}`,
   };
   return orders[recovery?.kind];
 }

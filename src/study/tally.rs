@@ -25,7 +25,7 @@ pub struct Tally {
     pub drops: usize,
     /// Number of failed skills, each followed by a new decision.
     pub replans: usize,
-    /// Number of failed skills by action and outcome.
+    /// Number of failed skills by learned action and outcome.
     pub failed_skills: BTreeMap<(String, String), usize>,
     /// Number of times that a part was newly found in no state.
     pub unexplained: usize,

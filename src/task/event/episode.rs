@@ -351,10 +351,14 @@ impl EpisodeReport {
         self.skills().filter(|s| s.picked).count()
     }
 
-    /// Returns the action and outcome of every finished skill that carried out its decided action, in order.
+    /// Returns the learned action and the outcome of every finished skill that carried out its decided action, in order. A
+    /// decision without a learned action counts by the planner's.
     pub fn attempts(&self) -> impl Iterator<Item = (&str, SkillOutcome)> {
         let decided = self.decisions.iter().filter(|d| !d.is_detour());
-        decided.filter_map(|d| Some((d.action.as_deref()?, d.outcome()?)))
+        decided.filter_map(|d| {
+            let learned = d.chosen.as_ref().map(|chosen| &chosen.operator);
+            Some((learned.or(d.action.as_ref())?.as_str(), d.outcome()?))
+        })
     }
 
     /// Returns the recoveries that were begun, in order.

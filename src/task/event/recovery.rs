@@ -57,7 +57,9 @@ impl RecoveryKind {
             Self::Place => format!("puts {object} at another place"),
             Self::Order => format!("takes {object} first"),
             Self::Regrasp => format!("lays {object} at a free place, to take it anew"),
-            Self::Reseat => format!("takes {object} out"),
+            Self::Reseat => {
+                format!("takes {object} from where it lies, and lays it at a free place")
+            }
             Self::Clear => format!("moves {object} out of the way"),
             Self::Push => format!("pushes {object}"),
         }

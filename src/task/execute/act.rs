@@ -32,7 +32,7 @@ struct Skipped {
     why: String,
     /// Whether the choice was not tried because another part lies wrongly at its target.
     untried: bool,
-    /// Whether it failed again and again because of something at its target.
+    /// Whether it failed because of something at its target.
     jammed: bool,
 }
 
@@ -127,10 +127,10 @@ impl Live {
                 }
                 let plight = self.plight(seen);
                 let wide = self.attempts.occupied(&choice.what) > 0;
-                let wrong = plight.wrongly_at(&Wanted::of(choice, String::new(), false), wide);
+                let wrong = plight.wrongly_at(&Wanted::of(choice, String::new(), wide), wide);
                 if let Some(other) = wrong.first().filter(|_| careful) {
                     let other = plight.name(*other);
-                    skip(format!("{other} lies wrongly where {name} was to go"), true, false);
+                    skip(format!("{other} lies wrongly where {name} was to go"), true, wide);
                     continue;
                 }
                 let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);
@@ -211,13 +211,24 @@ impl Live {
             true => RecoveryKind::Place,
             false => RecoveryKind::Part,
         };
+        // Another part goes to another reference if it was to go to the first one before.
+        let elsewhere = |other: &Intent, why: String| {
+            let there = Intent { part: choice.part, ..other.clone() };
+            let apart = other.part != choice.part && other.reference != choice.what.reference;
+            let mut names = tools.model.ground.object_names();
+            let at = names.find(|(id, _)| Some(*id) == other.reference.as_deref());
+            match at.filter(|_| apart && self.attempts.tries(&there) > 0) {
+                Some((_, at)) => format!("{why}; {name} was to go to {at} before"),
+                None => why,
+            }
+        };
         if !self.pretended.is_empty() {
             let why = self.wanted.first().map(|w| w.why.clone());
             let why = why.unwrap_or_else(|| "the decided action cannot be carried out now".into());
             return recovery(RecoveryKind::Order, why);
         }
         if let Some(first) = skipped.iter().find(|s| s.what != choice.what) {
-            return recovery(differs(&first.what), first.why.clone());
+            return recovery(differs(&first.what), elsewhere(&first.what, first.why.clone()));
         }
         // What fell to where it belongs is no reason to take the next.
         let there = |a: &&Attempt| tools.model.took_effect(&a.what, self.memory.as_ref());
@@ -227,7 +238,7 @@ impl Live {
         if let Some((last, how)) = last.and_then(|a| Some((a, a.failure_in_words()?))) {
             let why = format!("{} {how}", places::name(&self.cell.sensed(), last.what.part));
             if last.what != choice.what {
-                return recovery(differs(&last.what), why);
+                return recovery(differs(&last.what), elsewhere(&last.what, why));
             }
             let other = last.means != means;
             return recovery(if other { RecoveryKind::Grasp } else { RecoveryKind::Again }, why);

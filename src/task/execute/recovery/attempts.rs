@@ -182,6 +182,8 @@ pub(in crate::task::execute) struct Attempts {
 const SAME: usize = 2;
 /// Distance and angle within which two poses count as the same, in metres and radians.
 const NEAR: (f64, f64) = (0.008, 0.2);
+/// Distance from which a part is no longer where it was in the way, in metres.
+const AWAY_M: f64 = 0.05;
 /// Number of detours of one kind with one part.
 const DETOURS: usize = 3;
 
@@ -230,9 +232,12 @@ impl Attempts {
     fn helped(&self, at_target: bool) -> usize {
         let away = [RecoveryKind::Reseat, RecoveryKind::Clear].map(RecoveryKind::name);
         let helps = |a: &Attempt| {
+            let takes_away = away.contains(&a.what.action.as_str());
+            // What was dropped on its way is away as well.
+            let gone = takes_away && a.left.is_some_and(|left| left.distance(&a.start) > AWAY_M);
             a.detour
-                && a.how == Some(AttemptEnd::Done)
-                && (!at_target || away.contains(&a.what.action.as_str()))
+                && (a.how == Some(AttemptEnd::Done) || (a.how.is_some() && gone))
+                && (!at_target || takes_away)
         };
         self.all.iter().rposition(helps).map_or(0, |at| at + 1)
     }
@@ -255,6 +260,11 @@ impl Attempts {
     pub fn taken(&self, part: usize) -> usize {
         let push = |a: &Attempt| matches!(a.means, Means::Push(_));
         self.all.iter().filter(|a| a.what.part == part && !push(a)).count()
+    }
+
+    /// Returns the last attempt with a part.
+    pub fn last_with(&self, part: usize) -> Option<&Attempt> {
+        self.all.iter().rev().find(|a| a.what.part == part)
     }
 
     /// Returns the number of failed attempts with a part and of all attempts at `what`: the fewer, the sooner it is

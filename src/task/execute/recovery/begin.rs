@@ -1,7 +1,7 @@
 //! Begins detours.
 
 use super::attempts::{Intent, Means};
-use super::plight::Plight;
+use super::plight::{Plight, Wanted};
 use super::rung::Detour;
 use super::{detours, places};
 use crate::robot::Pose;
@@ -19,9 +19,9 @@ const DETOURS: (usize, usize) = (6, 3);
 impl Live {
     /// Returns what the recoveries know of the scene.
     pub fn plight<'v>(&'v self, seen: &'v Seen) -> Plight<'v> {
-        let Self { in_no_state, homes, wanted, .. } = self;
+        let Self { in_no_state, attempts, homes, wanted, .. } = self;
         let sensed = self.cell.sensed();
-        Plight { sensed, seen, in_no_state, homes, wanted, in_the_way: &[], stuck: false }
+        Plight { sensed, seen, in_no_state, attempts, homes, wanted, in_the_way: &[], stuck: false }
     }
 
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.
@@ -54,7 +54,9 @@ impl Live {
     /// Takes out a part that lies wrongly at a wanted target.
     pub fn reseat(&mut self, tools: &Tools<'_>, seen: &Seen) -> Option<Phase> {
         let plight = self.plight(seen);
-        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && plight.in_no_state[d.part];
+        let lies = |w: &Wanted, part| plight.wrongly_at(w, true).contains(&part);
+        let wrongly = |part| plight.wanted.iter().any(|w| lies(w, part));
+        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && wrongly(d.part);
         let all: Vec<Detour> = detours(&plight).into_iter().filter(first).collect();
         all.iter().find_map(|detour| self.detour(tools, detour))
     }

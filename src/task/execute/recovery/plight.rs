@@ -1,5 +1,6 @@
 //! What the recoveries know: the scene as it is sensed, the parts in no state, and what could not be done.
 
+use super::attempts::{AttemptEnd, Attempts};
 use super::places;
 use crate::robot::Pose;
 use crate::robot::scene::Sensed;
@@ -33,6 +34,8 @@ pub(in crate::task::execute) struct Plight<'v> {
     pub seen: &'v Seen,
     /// For each part, whether it is in no state.
     pub in_no_state: &'v [bool],
+    /// What was tried with the parts.
+    pub attempts: &'v Attempts,
     /// For each part, the pose in which it was first seen.
     pub homes: &'v [Option<Pose>],
     /// What could not be done. It can be wrong if the planner is stuck for another reason.
@@ -106,6 +109,15 @@ impl Plight<'_> {
         self.in_no_state.get(part).copied().unwrap_or(false)
     }
 
+    /// Returns whether a part lies in a state, but neither where it was found nor where the robot put it on purpose: it fell
+    /// there, or another hand left it.
+    fn strewn(&self, part: usize) -> bool {
+        let home = self.homes.get(part).copied().flatten();
+        let moved = |at: [f64; 3]| home.is_none_or(|h| Pose::at(at).distance(&h) > AT_M);
+        let placed = self.attempts.last_with(part).is_some_and(|a| a.how == Some(AttemptEnd::Done));
+        !placed && self.at(part).is_some_and(moved)
+    }
+
     /// Returns whether the robot can lift a part away.
     fn free(&self, part: usize) -> bool {
         self.sensed.slider(part).is_none()
@@ -133,12 +145,15 @@ impl Plight<'_> {
         near.into_iter().map(|(_, part)| part).collect()
     }
 
-    /// Returns the parts in no state that lie at a target; with `wide`, also those beside it.
+    /// Returns the parts in no state that lie at a target; with `wide`, also those beside it. At a target that was occupied, those
+    /// that nobody put there on purpose count as well.
     pub fn wrongly_at(&self, wanted: &Wanted, wide: bool) -> Vec<usize> {
         let except: Vec<usize> = [wanted.part].into_iter().chain(wanted.reference).collect();
-        let within_m = if wide { BESIDE_M } else { AT_M };
-        let mut near = self.near(wanted.at, within_m, &except);
-        near.retain(|part| self.loose(*part));
+        let within = |within_m: f64| self.near(wanted.at, within_m, &except);
+        let at = within(AT_M);
+        let mut near = if wide { within(BESIDE_M) } else { at.clone() };
+        let strewn = |part: &usize| wanted.jammed && at.contains(part) && self.strewn(*part);
+        near.retain(|part| self.loose(*part) || strewn(part));
         near
     }
 }

@@ -13,7 +13,8 @@ impl Rung for Reseat {
             of.flat_map(|w| plight.wrongly_at(w, true).into_iter().map(move |part| (w, part)));
         lie.map(|(wanted, part)| {
             let name = plight.name(wanted.part);
-            let why = format!("it is in no state and lies where {name} is to be put");
+            let lies = if plight.in_no_state[part] { "is in no state and lies" } else { "lies" };
+            let why = format!("it {lies} where {name} is to be put");
             Detour { kind: RecoveryKind::Reseat, part, strict: false, why }
         })
         .collect()
