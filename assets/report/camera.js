@@ -9,7 +9,7 @@ const VIEWS = {
 const FILL = 0.95;
 
 // Number of frames at which the movements of an episode are examined.
-const LOOKS_AT = 48;
+const LOOKS_AT = 120;
 
 // The points that a view must show, each with a radius: table and fixtures, and the parts and the arm wherever they
 // move.
@@ -32,7 +32,7 @@ function framed(bodies, frames, pose) {
   const round = (points, radius) => points.filter(near).map((at) => ({ at, radius }));
   const stand = { at: new THREE.Vector3(0, 0, bodies.ground), radius: 0.09 };
   // `table` are the points on and near the table; `arm` are the other points of the arm.
-  return { table: [...round(still, 0), ...round(parts, 0.05), ...round(tool, 0.07)], arm: [...round(arm, 0.06), stand] };
+  return { table: [...round(still, 0), ...round(parts, 0.05), ...round(tool, 0.09)], arm: [...round(arm, 0.06), stand] };
 }
 
 // Puts the camera as near as all points allow, looking in the direction given by turn (from the line that leads from

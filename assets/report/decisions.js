@@ -26,13 +26,13 @@ function reasoned(episode, act, index) {
   line("Not yet reached", names.list(names.shown(act.unmet), REASONS_SHOWN));
   // Another part or another place than decided on.
   const reference = names.words.get(act.chosen?.reference);
-  const other = act.action && !act.instead && reference && act.symbol && !names.say(act.symbol).includes(reference);
+  const other = act.action && !act.instead && reference && act.words?.includes(reference) && act.symbol && !names.say(act.symbol).includes(reference);
   const planned = other || (act.recovery && !act.instead && ["part", "place"].includes(act.recoveryKind)) ? names.say(act.symbol) : null;
   // The places of a state are numbered nowhere on the page.
-  line("It had decided to", (act.instead ?? planned)?.replace(/, at place \d+$/, ""));
+  line("The planner had decided to", (act.instead ?? planned)?.replace(/, (at place|leaving at least) \d+( where it was)?/g, ""));
   const needs = names.shown(act.needs);
   const known = act.holds.length > 0 && needs.some((need) => act.holds.includes(need));
-  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? "(assumed, since something is in no state)" : `✓${looseToo(episode, act, need)}`);
+  const mark = (need) => (!act.holds.includes(need) ? "(not yet)" : takenAsSo(episode, act, need) ? `(assumed, since ${outOfPlace(episode, act)} in no state)` : `✓${looseToo(episode, act, need)}`);
   const marked = (need) => (known ? `${names.say(need)} ${mark(need)}` : names.say(need));
   const reasons = new Map(act.undecided.map(({ fact, held, of }) => [fact, `held before ${held} of ${of} demonstrated moves`]));
   const [open, decided] = [needs.filter((need) => reasons.has(need)), needs.filter((need) => !reasons.has(need))];
@@ -53,12 +53,24 @@ function reasoned(episode, act, index) {
 // Why there is no step: the end of the episode, or nothing is possible as long as parts lie where no action takes them.
 function idleInWords(episode, act, index) {
   if (index === episode.acts.length - 1) return `The end: ${episode.outcome()}.`;
-  const out = act.strays.map(({ object }) => episode.names.say(object));
-  const next = episode.acts[index + 1];
-  const assumed = next.action && next.needs.some((need) => next.holds.includes(need) && takenAsSo(episode, next, need));
-  const then = assumed ? "went on as if that were where such things start from" : "looked again";
-  return `No step: it knew no way${out.length ? ` with ${out.join(" and ")} out of place` : ""}, and ${then}.`;
+  const out = listed(act.strays.map(({ object }) => episode.names.say(object)));
+  const none = `No step: it knew no way${out ? ` with ${out} out of place` : ""}`;
+  return wentOn(episode, index) ? `${none}. It went on as if ${out} lay where such things start.` : `${none}, and looked again.`;
 }
+
+// Whether the next step rests on a guess about what is out of place.
+function wentOn(episode, index) {
+  const next = episode.acts[index + 1];
+  return Boolean(next?.action) && next.needs.some((need) => next.holds.includes(need) && takenAsSo(episode, next, need));
+}
+
+// What is out of place at a decision, as the subject of a sentence.
+function outOfPlace(episode, act) {
+  const out = act.strays.map(({ object }) => episode.names.say(object));
+  return `${listed(out)} ${out.length > 1 ? "are" : "is"}`;
+}
+
+const listed = (names) => [names.slice(0, -1).join(", "), ...names.slice(-1)].filter(Boolean).join(" and ");
 
 // Whether a fact that holds is a guess about a part in no state.
 function takenAsSo({ domain }, act, need) {
@@ -72,11 +84,12 @@ function looseToo(episode, act, need) {
   const words = episode.names.say(need);
   if (!words.includes(START_AREA)) return "";
   const ofKind = (text) => words.includes(text.replace(/^the /, "").split(" ")[0]);
-  const own = (episode.places(act.asked) ?? []).map(({ words: text }) => text).filter(ofKind);
-  const loose = own.filter((text) => / loose, not | lies wrongly /.test(text));
-  const inArea = own.filter((text) => text.includes(START_AREA) && !loose.includes(text));
+  const own = (episode.places(act.asked) ?? []).filter(({ words: text }) => ofKind(text));
+  const loose = own.filter(({ words: text }) => / loose, not | lies wrongly /.test(text));
+  const inArea = own.filter((one) => one.words.includes(START_AREA) && !loose.includes(one));
   const needed = Number(/at least (\d+)/.exec(words)?.[1] ?? 1);
-  return loose.length && inArea.length < needed ? " (what lies loose counts)" : "";
+  if (!loose.length || inArea.length >= needed) return "";
+  return ` (${listed(loose.map(({ id }) => episode.names.say(id)))}, which ${loose.length > 1 ? "lie" : "lies"} elsewhere, ${loose.length > 1 ? "count" : "counts"} too)`;
 }
 
 const START_AREA = "start area";
@@ -84,7 +97,7 @@ const START_AREA = "start area";
 // What another hand did, and where the object was before and afterwards, if that is not the same.
 function displaced(episode, one) {
   const { words, before, after } = episode.displacement(one);
-  const list = make("ul", null, ...[["Before", before], ["Afterwards", after]].filter(([, text]) => text && before !== after)
+  const list = make("ul", null, ...(before === after ? [["Before and afterwards", after]] : [["Before", before], ["Afterwards", after]]).filter(([, text]) => text)
     .map(([label, text]) => make("li", null, make("b", `${label}: `), text)));
   list.className = "why";
   return make("div", null, make("strong", words.replace(", not the robot,", "")), list);
@@ -96,7 +109,7 @@ function landedInWords({ words, off_mm: off }) {
 }
 
 function outcomeOf(episode, act, index) {
-  if (!act.action) return index === episode.acts.length - 1 ? episode.outcome() : "looked again";
+  if (!act.action) return index === episode.acts.length - 1 ? episode.outcome() : wentOn(episode, index) ? "went on" : "looked again";
   const word = make("span", act.came);
   word.className = act.well ? "good" : "bad";
   const where = act.well || !act.landed ? [] : [make("div", episode.landedInWords(act))];

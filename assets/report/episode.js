@@ -5,10 +5,10 @@ const OUTCOMES = {
   placed: "done",
   unreachable: "the arm found no way to the target",
   missed: "missed: the hand closed, but did not hold it",
-  occupied: "something was in the way at the target, and the hand put it back",
+  occupied: "something was in the way at the target, so the robot put the part back",
 };
 // What came of it if the hand had lifted the part before.
-const PUT_BACK = { unreachable: "the hand lifted it, found no way from there to the target, and put it back" };
+const PUT_BACK = { unreachable: "the robot lifted the part, found no way from there to the target, and put it back" };
 
 // Distance from a target within which something that another hand put down may be in the way, in metres.
 const NEAR_M = 0.1;
@@ -46,20 +46,26 @@ class Episode {
       const outcome = !action ? null : decision.begun ? decision.skill?.outcome ?? "cut short" : "not begun";
       const { landed = null } = decision;
       const off = outcome === "placed" && landed?.as_planned === false;
+      const until = decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided);
       // Only what the robot began is a step.
       const step = action && outcome !== "not begun" ? ++steps : null;
       return {
         step, asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: (decision.skill?.picked && PUT_BACK[came]) || (OUTCOMES[came] ?? came), well: outcome === "placed" && !off,
-        until: decisions[i + 1]?.decision.asked_s ?? Math.max(last, decided), chosen: decision.chosen ?? null, moved: detour ? decision.recovery.object : null,
+        came: off && this.handled(decision.chosen?.object, decided, until) ? "put down, but another hand moved it" : (decision.skill?.picked && PUT_BACK[came]) || (OUTCOMES[came] ?? came), well: outcome === "placed" && !off,
+        until, chosen: decision.chosen ?? null, moved: detour ? decision.recovery.object : null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
         goal: decision.chosen?.goal,
         strays: decision.in_no_state ?? [], recoveryKind: decision.recovery?.kind, recovery: recoveryInWords(decision.recovery, this.names), why: decision.recovery?.why?.replace(/^it\b/, this.names.say(decision.recovery.object)),
       };
     });
+  }
+
+  // Whether another hand moved an object between two moments.
+  handled(id, from, to) {
+    return this.displaced.some(({ t, object }) => object === id && t >= from && t <= to);
   }
 
   // What an older trace does not have: the conditions of the learned action.
@@ -110,8 +116,7 @@ class Episode {
 
   // Where a part was after its step. Its distance from the target says nothing of the step if another hand had moved it.
   landedInWords({ decided, until, chosen, landed }) {
-    const moved = this.displaced.some(({ t, object }) => object === chosen?.object && t >= decided && t <= until);
-    if (moved) return `${landed.words.replace(/; it moved after.*$/, "")}, where another hand had put it`;
+    if (this.handled(chosen?.object, decided, until)) return `${landed.words.replace(/; it moved after.*$/, "")}, where another hand had put it`;
     // How far it is from a place says how far it is from its target.
     return landed.as_planned || landed.words.startsWith("in no state") ? landed.words : landedInWords(landed);
   }
@@ -160,12 +165,16 @@ class Episode {
     return { words: `${capital(words)}.`, before, after };
   }
 
-  // The terms of the goal at a moment, each with the number of objects that it lacks; null if that is not known.
+  // The terms of the goal at a moment, each with the number of objects that it lacks; null if that is not known. What is in the hand
+  // is lacking, also while it is held near to its target.
   goalAt(time) {
     if (!this.film?.held) return null;
+    const last = this.touches.findLast((touch) => touch.t <= time);
+    const from = last?.contact ? last.t : time;
     return this.film.held.goal.map(({ term, changes }) => {
-      const [, lacking] = changes.findLast(([t]) => t <= time + 1e-6) ?? changes[0] ?? [0, null];
-      return { term, lacking };
+      const [, begun] = changes.findLast(([t]) => t <= from + 1e-6) ?? changes[0] ?? [0, null];
+      const since = changes.filter(([t]) => t > from + 1e-6 && t <= time + 1e-6).map(([, lacking]) => lacking);
+      return { term, lacking: begun === null ? since.at(-1) ?? null : Math.max(begun, ...since) };
     });
   }
 

@@ -1,7 +1,7 @@
 // Names of the states at free places along the left and right rim of the picture, each with a line to its state.
 
-// A narrow picture has room for a few names only; where the table leaves none, for `least` that lie over it.
-const RIM = { margin: 6, gap: 3, clear: 7, stay: 60, narrow: 600, few: 8, least: 2 };
+// A narrow picture has room for a few names only; where the table and the arm leave none, for `least` that lie over them.
+const RIM = { margin: 6, gap: 3, clear: 7, stay: 60, narrow: 600, few: 3, least: 2 };
 
 const touching = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 
@@ -46,14 +46,17 @@ class Labels {
 
   // Puts every label where it covers nothing of `solid` (gripper and parts) and, if it can, nothing of `soft` (arm and
   // fixtures). A label stays at its place while the place is free. A state outside the picture has no label. A narrow picture has few
-  // labels, those of goals and of what is near first, and none over the `table` or the arm while there is room elsewhere.
-  place(camera, solid, soft, table) {
+  // labels, those nearest to `focus` in the scene, and none over the `table` or the arm while there is room elsewhere. Without a
+  // focus, those of goals and of what is near come first.
+  place(camera, solid, soft, table, focus) {
     if (!this.shown || !this.width) return;
     const { narrow } = this;
     const seen = this.labels.map((one) => {
-      const { x, y, z } = one.at().project(camera);
+      const at = one.at();
+      const apart = focus && at.distanceTo(focus);
+      const { x, y, z } = at.project(camera);
       const omitted = z > 1 || Math.abs(x) > 1 || Math.abs(y) > 1;
-      return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, rank: z - (one.goal ? 2 : 0), omitted };
+      return { one, x: ((x + 1) / 2) * this.width, y: ((1 - y) / 2) * this.height, rank: apart ?? z - (one.goal ? 2 : 0), omitted };
     });
     seen.sort((a, b) => a.omitted - b.omitted || a.rank - b.rank);
     const only = (most) => seen.forEach((each, i) => { each.omitted ||= narrow && i >= most; });

@@ -11,6 +11,7 @@ class Replay {
     this.names = names;
     this.canvas = view.querySelector("canvas");
     this.held = () => null;
+    this.aim = () => null;
     this.named = () => "";
     this.tip = make("div");
     this.tip.className = "tip";
@@ -162,7 +163,13 @@ class Replay {
       return { left: x - 18, right: x + 18, top: y - 18, bottom: y + 18 };
     }));
     this.labels.place(this.camera, solids, [...soft, ...fixtures.map((fixture) => this.around([fixture]))],
-      this.labels.narrow ? this.rowsOf(this.bodies.table) : []);
+      this.labels.narrow ? this.rowsOf(this.bodies.table) : [], this.target());
+  }
+
+  // Where the part goes that the robot handles at the moment.
+  target() {
+    const at = this.aim();
+    return at ? new THREE.Vector3(...at) : null;
   }
 
   project(point) {

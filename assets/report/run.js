@@ -86,6 +86,7 @@ class RunPage {
     try {
       this.replay = new Replay(view, ...shown, this.names);
       this.replay.held = () => this.episode.heldAt(this.time);
+      this.replay.aim = () => this.acts[this.episode.at(this.time)]?.chosen?.target?.position;
       this.replay.named = (part) => this.episode.part(part);
     } catch (error) {
       this.undrawable = true;
@@ -277,7 +278,7 @@ class RunPage {
     const box = byId("now");
     if (!box) return;
     const { acts, displaced, duration } = this.episode;
-    const all = [0, duration, ...displaced.map(({ t }) => t), ...acts.flatMap(({ asked, decided, until }) => [asked, (decided + until) / 2, until])];
+    const all = [0, duration, ...displaced.flatMap(({ t }) => [t, t + TOLD_S / 2, t + TOLD_S - 0.01]), ...acts.flatMap(({ asked, decided, until }) => [asked, (decided + until) / 2, until])];
     const every = Math.ceil(all.length / MOMENTS_FITTED);
     box.style.height = "auto";
     const heights = all.filter((_, i) => i % every === 0).map((time) => {

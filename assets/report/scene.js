@@ -5,10 +5,12 @@ import { OrbitControls } from "three/orbit";
 // The looks of objects in every scene. The looks of parts and fixtures are in the data.
 const LOOKS = {
   table: { colour: 0xb9a78c, roughness: 0.9 }, link: { colour: 0xf2f3f5, roughness: 0.5 },
-  hand: { colour: 0x4a5663, roughness: 0.6 },
+  hand: { colour: 0x5d6b7a, roughness: 0.6 },
 };
 const FLOOR = { radius: 2.0, clear: 0.5, rings: 8, shaded: 0.85 };
-const RING = { least: 0.016, wide: 0.006, thick: 0.0014, colour: 0xd55e00 };
+const RING = { least: 0.016, wide: 0.006, thick: 0.0014, colour: 0x7b2d8b };
+// Half the thickness of an area.
+const SHEET_M = 0.0004;
 const SHADOW = { pixels: 1024, half: 0.85, above: 2.2 };
 
 function geometry(mesh) {
@@ -38,7 +40,8 @@ function corners(object) {
 
 const inWorld = (object, points) => points.map((point) => point.clone().applyMatrix4(object.matrixWorld));
 
-// A place of a state, as far as it reaches: an area as a block, another place as an ellipsoid. That of a goal is less transparent and has a ring.
+// A place of a state, as far as it reaches: an area as a sheet below its objects, whose colours it must not tint, another place as an
+// ellipsoid. That of a goal is less transparent and has a ring.
 function placeOf(state, look) {
   const material = new THREE.MeshBasicMaterial({
     color: look.colour, transparent: true, opacity: state.goal ? 0.45 : 0.28, depthWrite: false,
@@ -47,6 +50,12 @@ function placeOf(state, look) {
   const group = new THREE.Group();
   const mesh = new THREE.Mesh(state.area ? new THREE.BoxGeometry(2, 2, 2) : new THREE.SphereGeometry(1, 24, 16), material);
   mesh.scale.set(...lengths);
+  if (state.area) {
+    // Not below the table.
+    const { position: [, , height] } = state.mean;
+    mesh.position.z = height > 0 ? Math.max(-lengths[2], 2 * SHEET_M - height) : -lengths[2];
+    mesh.scale.z = SHEET_M;
+  }
   group.add(mesh);
   if (state.goal) {
     const radius = Math.max(...lengths, RING.least) + RING.wide;
@@ -201,7 +210,7 @@ class Bodies {
         const at = () => mesh.getWorldPosition(new THREE.Vector3());
         const words = names?.sayState(state.name) ?? state.name;
         const told = state.frame && own.length > 1 ? atReference(words, state.frame, names?.say(id) ?? id) : words;
-        this.anchors.push({ name: `${state.goal ? "goal: " : ""}${told}`, goal: state.goal, colour: look.colour, at });
+        this.anchors.push({ name: `${state.goal ? "goal" : "state"}: ${told}`, goal: state.goal, colour: look.colour, at });
       }
     }
   }
@@ -220,7 +229,7 @@ class Bodies {
     this.scene.background = new THREE.Color(theme.colours.sky || "#e9edf1");
     this.paintFloor(new THREE.Color(theme.colours.floor || "#d9dfe5"), this.scene.background);
     this.shade.material.opacity = theme.dark ? 0.45 : 0.22;
-    this.sky.intensity = theme.dark ? 0.9 : 1.5;
+    this.sky.intensity = theme.dark ? 1.3 : 1.5;
   }
 }
 

@@ -37,7 +37,7 @@ function endInWords(end, reason) {
 function recoveryInWords(recovery, names) {
   if (!recovery) return null;
   const { kind, why, attempt, object } = recovery;
-  const before = attempt > 1 && !detourInWords(recovery, names) ? `; it had been taken ${["", "once", "twice"][attempt - 1] ?? `${attempt - 1} times`} before` : "";
+  const before = attempt > 1 && !detourInWords(recovery, names) ? `; ${names.say(object)} had been taken ${["", "once", "twice"][attempt - 1] ?? `${attempt - 1} times`} before` : "";
   return `${recoveryOf(kind, names.say(object))}: ${why}${before}`;
 }
 
@@ -47,7 +47,7 @@ function recoveryOf(kind, object) {
     again: `takes ${object} again`,
     part: `takes ${object} instead`,
     grasp: `takes ${object} by another grasp`,
-    place: `puts ${object} at another place`,
+    place: `puts ${object} at another place than before`,
     order: `takes ${object} first`,
     regrasp: `lays ${object} at a free place, to take it anew`,
     reseat: `takes ${object} from where it lies, and lays it at a free place`,

@@ -48,6 +48,58 @@ fn an_action_without_effect_is_not_tried_a_third_time_until_something_changes() 
 }
 
 #[test]
+fn an_action_that_another_hand_spoilt_or_whose_part_was_laid_anew_is_tried_again() {
+    let here = Pose::at([0.0; 3]);
+    let put = |attempts: &mut Attempts, meddled: Option<Meddled>| {
+        attempts.begin(Attempt::begun(what(), Means::Task(0), here, false));
+        attempts.end(SkillOutcome::Placed, |_| None);
+        attempts.unsettled().expect("its end is not known").meddled = meddled;
+        attempts.settle(|_| false);
+        attempts.worn_out(&what(), Means::Task)
+    };
+    let mut attempts = Attempts::default();
+    let worn = Some(AttemptEnd::NoEffect);
+    assert_eq!(put(&mut attempts, Some(Meddled::Part)), None);
+    assert_eq!(put(&mut attempts, None), None, "it failed once by itself");
+    assert_eq!(put(&mut attempts, None), worn);
+    let regrasp = Intent::detour(RecoveryKind::Regrasp, 0);
+    attempts.begin(Attempt::begun(regrasp, Means::Task(0), here, true));
+    attempts.end(SkillOutcome::Placed, |_| None);
+    attempts.settle(|_| true);
+    assert_eq!(attempts.worn_out(&what(), Means::Task), None);
+    assert_eq!(put(&mut attempts, Some(Meddled::Part)), worn, "not for ever");
+}
+
+#[test]
+fn what_was_occupied_is_tried_again_once_what_lay_there_is_gone() {
+    let [target, beside, far] = [0.0, 0.05, 0.3].map(|x| Pose::at([x, 0.0, 0.0]));
+    let occupied = SkillOutcome::Occupied;
+    // A part taken from `from` by whatever action, and left at `to`.
+    let worn = |part: usize, from: Pose, to: Pose, outcome: SkillOutcome| {
+        let mut attempts = Attempts::default();
+        for index in 0..4 {
+            let begun = Attempt::begun(what(), Means::Task(index), far, false);
+            attempts.begin(Attempt { at: Some(target.position), ..begun });
+            attempts.end(occupied, |_| Some(far));
+            attempts.settle(|_| false);
+        }
+        assert!(attempts.worn_out(&what(), Means::Task).is_some());
+        let other = Intent { part, reference: Some("slot_1".into()), ..what() };
+        let begun = Attempt::begun(other, Means::Task(0), from, false);
+        attempts.begin(Attempt { at: Some(to.position), ..begun });
+        attempts.end(outcome, |_| Some(to));
+        attempts.settle(|_| true);
+        attempts.worn_out(&what(), Means::Task)
+    };
+    assert_eq!(worn(1, beside, far, SkillOutcome::Placed), None);
+    assert_eq!(worn(1, beside, far, SkillOutcome::Dropped), None, "it is away as well");
+    let still = Some(AttemptEnd::Failed(occupied));
+    assert_eq!(worn(1, far, Pose::at([0.5, 0.0, 0.0]), SkillOutcome::Placed), still);
+    assert_eq!(worn(1, beside, target, SkillOutcome::Placed), still, "it has not gone far");
+    assert_eq!(worn(0, beside, far, SkillOutcome::Placed), still, "it is the part itself");
+}
+
+#[test]
 fn a_detour_that_failed_the_same_way_twice_is_not_repeated_from_the_same_pose() {
     let mut attempts = Attempts::default();
     let (here, there) = (Pose::at([0.0; 3]), Pose::at([0.1, 0.0, 0.0]));

@@ -54,7 +54,7 @@ impl RecoveryKind {
             Self::Again => format!("takes {object} again"),
             Self::Part => format!("takes {object} instead"),
             Self::Grasp => format!("takes {object} by another grasp"),
-            Self::Place => format!("puts {object} at another place"),
+            Self::Place => format!("puts {object} at another place than before"),
             Self::Order => format!("takes {object} first"),
             Self::Regrasp => format!("lays {object} at a free place, to take it anew"),
             Self::Reseat => {
@@ -96,9 +96,9 @@ impl Recovery {
         match attempt.saturating_sub(1) {
             0 => does,
             _ if kind.is_detour() => does,
-            1 => format!("{does}; it had been taken once before"),
-            2 => format!("{does}; it had been taken twice before"),
-            times => format!("{does}; it had been taken {times} times before"),
+            1 => format!("{does}; {} had been taken once before", self.name()),
+            2 => format!("{does}; {} had been taken twice before", self.name()),
+            times => format!("{does}; {} had been taken {times} times before", self.name()),
         }
     }
 }

@@ -136,14 +136,13 @@ impl Live {
                 let begun = self.begin(tools, &choice.what, choice.part, choice.target, any);
                 let Some(means) = begun else {
                     let which =
-                        if any { "no grasp was found" } else { "no grasp of the task is one" };
-                    let why =
-                        format!("{which} by which {name} can be taken and put where it was to go");
+                        if any { "no grasp was found that" } else { "none of the task's grasps" };
+                    let why = format!("{which} can take {name} and put it where it was to go");
                     skip(why, false, false);
                     continue;
                 };
-                let recovery = self.recovery(tools, choice, means, skipped);
-                self.note(&choice.what, means, false);
+                let recovery = self.recovery(tools, choice, choices, means, skipped);
+                self.note(&choice.what, means, Some(choice.target.position));
                 if let Some(decided) = self.log.decisions.last_mut() {
                     decided.chosen = Some(choice.chosen.clone());
                     decided.words = Some(choice.words.clone());
@@ -183,13 +182,13 @@ impl Live {
         Some(family(usable.get(at).copied().unwrap_or(0)))
     }
 
-    /// Remembers an attempt that begins.
-    pub fn note(&mut self, what: &Intent, means: Means, detour: bool) {
+    /// Remembers an attempt that begins. `at` is where its part is to be put; a detour has no such place.
+    pub fn note(&mut self, what: &Intent, means: Means, at: Option<[f64; 3]>) {
         let start = self.cell.sensed().part(what.part).unwrap_or(Pose::at([0.0; 3]));
         let layout = self.memory.as_ref();
         let target = what.reference.as_deref().and_then(|id| layout?.pose(id).copied());
-        let attempt = Attempt::begun(what.clone(), means, start, detour);
-        self.attempts.begin(Attempt { target, ..attempt });
+        let attempt = Attempt::begun(what.clone(), means, start, at.is_none());
+        self.attempts.begin(Attempt { at, target, ..attempt });
     }
 
     /// Describes how a choice differs from what was tried before; `None` if it is the decided action as usual.
@@ -197,6 +196,7 @@ impl Live {
         &self,
         tools: &Tools<'_>,
         choice: &Choice,
+        choices: &[Choice],
         means: Means,
         skipped: &[Skipped],
     ) -> Option<Recovery> {
@@ -211,16 +211,20 @@ impl Live {
             true => RecoveryKind::Place,
             false => RecoveryKind::Part,
         };
-        // Another part goes to another reference if it was to go to the first one before.
-        let elsewhere = |other: &Intent, why: String| {
+        // Of two references, the one comes first to which the part was brought less often.
+        let brought_before = |other: &Intent| {
             let there = Intent { part: choice.part, ..other.clone() };
-            let apart = other.part != choice.part && other.reference != choice.what.reference;
-            let mut names = tools.model.ground.object_names();
-            let at = names.find(|(id, _)| Some(*id) == other.reference.as_deref());
-            match at.filter(|_| apart && self.attempts.tries(&there) > 0) {
-                Some((_, at)) => format!("{why}; {name} was to go to {at} before"),
-                None => why,
+            let apart = other.reference != choice.what.reference;
+            if !apart || self.attempts.tries(&there) <= self.attempts.tries(&choice.what) {
+                return None;
             }
+            let mut names = tools.model.ground.object_names();
+            let (_, at) = names.find(|(id, _)| Some(*id) == other.reference.as_deref())?;
+            Some(format!("{name} was to go to {at} before"))
+        };
+        let elsewhere = |other: &Intent, why: String| {
+            let before = brought_before(other).filter(|_| other.part != choice.part);
+            before.map_or_else(|| why.clone(), |before| format!("{why}; {before}"))
         };
         if !self.pretended.is_empty() {
             let why = self.wanted.first().map(|w| w.why.clone());
@@ -242,6 +246,10 @@ impl Live {
             }
             let other = last.means != means;
             return recovery(if other { RecoveryKind::Grasp } else { RecoveryKind::Again }, why);
+        }
+        let mut own = choices.iter().filter(|other| other.part == choice.part);
+        if let Some(why) = own.find_map(|other| brought_before(&other.what)) {
+            return recovery(RecoveryKind::Place, why);
         }
         match means {
             Means::Any(_) => {

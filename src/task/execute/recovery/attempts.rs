@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plight::BESIDE_M;
 use crate::robot::Pose;
 use crate::robot::SkillOutcome;
 use crate::task::event::RecoveryKind;
@@ -125,6 +126,8 @@ pub(in crate::task::execute) struct Attempt {
     pub means: Means,
     /// Pose of the part at the beginning.
     pub start: Pose,
+    /// Where the part was to be put, in metres; `None` for a detour.
+    pub at: Option<[f64; 3]>,
     /// Pose of the reference at the beginning; `None` if there is none.
     pub target: Option<Pose>,
     /// Pose in which the skill left the part; `None` while it runs.
@@ -141,8 +144,8 @@ pub(in crate::task::execute) struct Attempt {
 
 impl Attempt {
     pub fn begun(what: Intent, means: Means, start: Pose, detour: bool) -> Self {
-        let (target, left, meddled) = (None, None, None);
-        Self { what, means, start, target, left, meddled, skill: None, how: None, detour }
+        let (at, target, left, meddled) = (None, None, None, None);
+        Self { what, means, start, at, target, left, meddled, skill: None, how: None, detour }
     }
 
     /// Returns what has moved meanwhile, given where the part and the reference are at the look after the skill.
@@ -164,6 +167,18 @@ impl Attempt {
             (Some(meddled), _) => format!("{}; {}", how.text(), meddled.text()),
             (None, _) => how.text().into(),
         })
+    }
+
+    /// Returns whether this took something away that may have been in the way of another attempt at its target: a detour that
+    /// did, or whatever moved another part from there. What was dropped on its way is away as well.
+    fn clears(&self, failed: &Self) -> bool {
+        let away = [RecoveryKind::Reseat, RecoveryKind::Clear].map(RecoveryKind::name);
+        let takes_away = self.detour && away.contains(&self.what.action.as_str());
+        let lay_there = failed.at.is_some_and(|at| self.start.distance(&Pose::at(at)) < BESIDE_M);
+        let gone = self.left.is_some_and(|left| left.distance(&self.start) > AWAY_M);
+        let other = self.what.part != failed.what.part;
+        let done = self.how == Some(AttemptEnd::Done);
+        (takes_away && done) || (other && self.how.is_some() && gone && (takes_away || lay_there))
     }
 
     /// Returns how the attempt failed; `None` if it did not.
@@ -227,27 +242,25 @@ impl Attempts {
         self.all.last()
     }
 
-    /// Returns the number of attempts up to the last detour that worked; for failures at a target, up to the last one
-    /// that took something away.
-    fn helped(&self, at_target: bool) -> usize {
-        let away = [RecoveryKind::Reseat, RecoveryKind::Clear].map(RecoveryKind::name);
-        let helps = |a: &Attempt| {
-            let takes_away = away.contains(&a.what.action.as_str());
-            // What was dropped on its way is away as well.
-            let gone = takes_away && a.left.is_some_and(|left| left.distance(&a.start) > AWAY_M);
-            a.detour
-                && (a.how == Some(AttemptEnd::Done) || (a.how.is_some() && gone))
-                && (!at_target || takes_away)
-        };
+    /// Returns the number of attempts up to the last one that `helps`.
+    fn up_to(&self, helps: impl Fn(&Attempt) -> bool) -> usize {
         self.all.iter().rposition(helps).map_or(0, |at| at + 1)
     }
 
-    /// Returns the failed attempts at `what` since a detour that gives it another chance.
+    /// Returns the failed attempts at `what` since something gave it another chance: a detour that worked, or what took something
+    /// away from its target. A detour with the part does not help where the target is occupied. What another hand spoilt is
+    /// no failure of the attempt.
     fn failed<'a>(&'a self, what: &'a Intent) -> impl Iterator<Item = &'a Attempt> {
-        let [since, cleared] = [false, true].map(|at_target| self.helped(at_target));
+        let since = self.up_to(|a| a.detour && a.how == Some(AttemptEnd::Done));
         self.all.iter().enumerate().filter_map(move |(index, attempt)| {
-            let from = if attempt.failure()?.is_about_target() { cleared } else { since };
-            (index >= from && attempt.what == *what).then_some(attempt)
+            let cleared = || self.up_to(|a| a.clears(attempt));
+            let from = match attempt.failure()? {
+                AttemptEnd::Failed(SkillOutcome::Occupied) => cleared(),
+                AttemptEnd::NoEffect => cleared().max(since),
+                _ => since,
+            };
+            let own = attempt.what == *what && attempt.meddled.is_none();
+            (index >= from && own).then_some(attempt)
         })
     }
 

@@ -78,7 +78,7 @@ impl Live {
         let object = places::id(&self.cell.sensed(), part);
         let name = places::name(&self.cell.sensed(), part);
         let attempt = self.attempts.tries(&what) + 1;
-        self.note(&what, means, true);
+        self.note(&what, means, None);
         if let Some(decided) = self.log.decisions.last_mut() {
             decided.recovery = Some(Recovery { kind, object, name, why: why.clone(), attempt });
         }
