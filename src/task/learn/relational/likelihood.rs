@@ -307,6 +307,16 @@ pub(super) fn off_line(turns: &[Matrix3<f64>], axis: usize) -> f64 {
     turns.len() as f64 - scatter.symmetric_eigenvalues().max()
 }
 
+/// Returns the greatest angle between an axis of the object and the line that it lies along, in radians.
+pub(super) fn farthest_off_line(turns: &[Matrix3<f64>], axis: usize) -> f64 {
+    let scatter: Matrix3<f64> =
+        turns.iter().map(|turn| turn.column(axis) * turn.column(axis).transpose()).sum();
+    let eigen = scatter.symmetric_eigen();
+    let line = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+    let off = |turn: &Matrix3<f64>| turn.column(axis).dot(&line).abs().min(1.0).acos();
+    turns.iter().map(off).fold(0.0, f64::max)
+}
+
 /// Returns the sum of the squared angles between the orientations and their mean.
 pub(super) fn overall(n: usize, turn: &Matrix3<f64>) -> f64 {
     let values = (turn.transpose() * turn).symmetric_eigenvalues();

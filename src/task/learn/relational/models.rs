@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::frames::Frames;
 use super::likelihood::{
-    BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, folded, off_line, overall,
+    BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, farthest_off_line, folded, off_line,
+    overall,
 };
 use super::motion::Came;
 use super::places::Group;
@@ -19,6 +20,8 @@ const FEW: usize = 8;
 const NARROW: f64 = 1.0 / 16.0;
 /// Spread of a loose agreement, in standard deviations of careful placing.
 const CHANCE_SD: f64 = 5.0;
+/// Angle from a line from which an object does not lie along it, in standard deviations: one of 3,000 does by chance.
+const ASIDE_SD: f64 = 4.0;
 
 impl Frames<'_, '_> {
     /// Fits the model of a state, which gets its name when all states are known.
@@ -193,7 +196,10 @@ fn line(places: &[Vec<Pose>], likelihood: &Likelihood, other: f64) -> Option<Tur
     let sd = (squares.max(0.0) / (2.0 * free.max(1) as f64)).sqrt();
     let mut axis = [0.0; 3];
     axis[best] = 1.0;
-    let likely = free >= SYMMETRIC && evidence(best) > other + BY_CHANCE && sd < WILD_RAD;
+    // Cubes that happen to lie on the same face, but for a few, lie on any.
+    let farthest = all.iter().map(|turns| farthest_off_line(turns, best)).fold(0.0, f64::max);
+    let near = farthest <= ASIDE_SD * sd.max(likelihood.scale_rad);
+    let likely = free >= SYMMETRIC && evidence(best) > other + BY_CHANCE && sd < WILD_RAD && near;
     likely.then_some(Turn::Line { axis, sd })
 }
 
