@@ -84,7 +84,9 @@ function looseToo(episode, act, need) {
   const words = episode.names.say(need);
   if (!words.includes(START_AREA)) return "";
   const ofKind = (text) => words.includes(text.replace(/^the /, "").split(" ")[0]);
-  const own = (episode.places(act.asked) ?? []).filter(({ words: text }) => ofKind(text));
+  const named = ({ id }) => words.startsWith(`${episode.names.say(id)} `);
+  const all = (episode.places(act.asked) ?? []).filter(({ words: text }) => ofKind(text));
+  const own = all.some(named) ? all.filter(named) : all;
   const loose = own.filter(({ words: text }) => / loose, not | lies wrongly /.test(text));
   const inArea = own.filter((one) => one.words.includes(START_AREA) && !loose.includes(one));
   const needed = Number(/at least (\d+)/.exec(words)?.[1] ?? 1);

@@ -83,13 +83,15 @@ class Episode {
       && other.needs.some((need) => fresh.includes(need) && !this.names.hidden.has(need)));
     const needed = later ? said(later.needs.filter((need) => fresh.includes(need))).slice(0, 3) : [];
     // Of a term that counts objects, one step brings one.
-    const reached = (words) => (countsObjects(words) ? `one more towards “${words}”, a part of the goal` : `${words}, a part of the goal`);
-    const lines = goals.map(reached);
+    const brought = (words) => (countsObjects(words) ? `one more towards “${words}”` : words);
+    const lines = goals.map((words) => `${brought(words)}, a part of the goal`);
+    const open = later && fresh.filter((fact) => later.needs.includes(fact)).every((fact) => later.undecided.some((one) => one.fact === fact));
+    const asks = later && `step ${later.step} ${open ? "may need" : "needs"}`;
     // A goal says "a block" where the need says "the block".
     const same = (need) => goals.includes(need.replace(/^the /, "a ").replace(/^a (?=[aeiou])/, "an "));
     const others = needed.filter((need) => !same(need) && !goals.includes(need));
-    if (needed.length && !others.length) lines[0] += `, which step ${later.step} needs as well (${later.words})`;
-    else if (others.length) lines.push(`${others.join("; ")}, which step ${later.step} needs (${later.words})`);
+    if (needed.length && !others.length) lines[0] += `, which ${asks} as well (${later.words})`;
+    else if (others.length) lines.push(`${others.map(brought).join("; ")}, which ${asks} (${later.words})`);
     return (lines.length ? lines : said(fresh).slice(0, 3)).join("; and ");
   }
 

@@ -45,7 +45,7 @@ function recoveryInWords(recovery, names) {
 function recoveryOf(kind, object) {
   const does = {
     again: `takes ${object} again`,
-    part: `takes ${object} instead`,
+    part: `takes ${object} this time`,
     grasp: `takes ${object} by another grasp`,
     place: `puts ${object} at another place than before`,
     order: `takes ${object} first`,

@@ -52,7 +52,7 @@ impl RecoveryKind {
     pub fn describe(self, object: &str) -> String {
         match self {
             Self::Again => format!("takes {object} again"),
-            Self::Part => format!("takes {object} instead"),
+            Self::Part => format!("takes {object} this time"),
             Self::Grasp => format!("takes {object} by another grasp"),
             Self::Place => format!("puts {object} at another place than before"),
             Self::Order => format!("takes {object} first"),
