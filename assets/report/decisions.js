@@ -61,7 +61,7 @@ function idleInWords(episode, act, index) {
 // Whether the next step rests on a guess about what is out of place.
 function wentOn(episode, index) {
   const next = episode.acts[index + 1];
-  return Boolean(next?.action) && next.needs.some((need) => next.holds.includes(need) && takenAsSo(episode, next, need));
+  return episode.acts[index].strays.length > 0 && Boolean(next?.action) && next.needs.some((need) => next.holds.includes(need) && takenAsSo(episode, next, need));
 }
 
 // What is out of place at a decision, as the subject of a sentence.

@@ -8,7 +8,7 @@ const OUTCOMES = {
   occupied: "something was in the way at the target, so the robot put the part back",
 };
 // What came of it if the hand had lifted the part before.
-const PUT_BACK = { unreachable: "the robot lifted the part, found no way from there to the target, and put it back" };
+const LIFTED = { unreachable: "the robot lifted the part, but found no way from there to the target" };
 
 // Distance from a target within which something that another hand put down may be in the way, in metres.
 const NEAR_M = 0.1;
@@ -53,7 +53,7 @@ class Episode {
         step, asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: off && this.handled(decision.chosen?.object, decided, until) ? "put down, but another hand moved it" : (decision.skill?.picked && PUT_BACK[came]) || (OUTCOMES[came] ?? came), well: outcome === "placed" && !off,
+        came: off && this.handled(decision.chosen?.object, decided, until) ? "put down, but another hand moved it" : (decision.skill?.picked && LIFTED[came]) || (OUTCOMES[came] ?? came), well: outcome === "placed" && !off,
         until, chosen: decision.chosen ?? null, moved: detour ? decision.recovery.object : null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],
@@ -172,7 +172,7 @@ class Episode {
   goalAt(time) {
     if (!this.film?.held) return null;
     const last = this.touches.findLast((touch) => touch.t <= time);
-    const from = last?.contact ? last.t : time;
+    const from = last?.contact && time < this.duration - 1e-6 ? last.t : time;
     return this.film.held.goal.map(({ term, changes }) => {
       const [, begun] = changes.findLast(([t]) => t <= from + 1e-6) ?? changes[0] ?? [0, null];
       const since = changes.filter(([t]) => t > from + 1e-6 && t <= time + 1e-6).map(([, lacking]) => lacking);

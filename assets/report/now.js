@@ -18,7 +18,7 @@ function nowEntries(episode, time, goalWords) {
   } else if (act.action) {
     const over = time >= act.until - 1e-6 ? `, ${act.came}` : "";
     const lost = act.outcome === "dropped" ? episode.lostAt(act) : undefined;
-    add("Now", lost !== undefined && time >= lost && !over ? `dropped what it carried, which was to be: ${act.words}` : `doing: ${act.words}${over}`);
+    add("Now", lost !== undefined && time >= lost && !over ? `dropped what it carried; it was to ${act.words}` : `doing: ${act.words}${over}`);
     if (act.recovery) add("Why so", act.recovery);
   } else {
     add("Now", index === episode.acts.length - 1 ? `${episode.end?.ended === "GoalMet" ? "done" : "over"}: ${episode.outcome()}` : "looking again: it knew no way");

@@ -152,7 +152,7 @@ class RunPage {
     byId("operators").append(operatorsTable(domain, this.names));
     byId("taught").textContent = `${recording ? `Learned from ${plural(recording.demonstrations, "demonstration")} with `
       + `${plural(recording.snapshots, "snapshot")}. ` : ""}The 3-D view shows where an object must lie to be in a state, at `
-      + "least 8 mm wide: a place as an ellipsoid, and an area as a block. An area of the table is as large as the demonstrations showed it; what lies "
+      + "least 8 mm wide: a place as an ellipsoid, and an area as a sheet. An area of the table is as large as the demonstrations showed it; what lies "
       + "beyond is in it as well, if it lies as high and as upright. A place of the goal has a ring.";
   }
 

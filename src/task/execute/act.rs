@@ -121,7 +121,7 @@ impl Live {
                     skipped.push(Skipped { what: choice.what.clone(), why, untried, jammed });
                 };
                 if let Some(how) = self.attempts.worn_out(&choice.what, family) {
-                    let why = format!("each time that it was tried, {name} {}", how.text());
+                    let why = format!("again and again, {name} {}", how.text());
                     skip(why, false, how.is_about_target());
                     continue;
                 }

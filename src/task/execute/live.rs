@@ -51,6 +51,8 @@ pub(super) struct Live {
     pub memory: Option<Layout>,
     /// For each part, whether it was in no state at the last look.
     pub in_no_state: Vec<bool>,
+    /// For each part, whether it was in a state in which parts were found.
+    pub as_found: Vec<bool>,
     /// The parts in no state at the last look, with the nearest states.
     pub off: Vec<InNoState>,
     pub log: Log,
@@ -86,6 +88,7 @@ impl Live {
             shown: None,
             memory: None,
             in_no_state: vec![false; parts],
+            as_found: vec![false; parts],
             off: Vec::new(),
             log: Log::default(),
             seed,
@@ -188,6 +191,10 @@ impl Live {
         let mut in_no_state = vec![true; self.in_no_state.len()];
         for part in belief.explained {
             in_no_state[part] = false;
+        }
+        self.as_found.fill(false);
+        for part in belief.as_found {
+            self.as_found[part] = true;
         }
         for (object, part) in seen.snapshot.objects.iter().zip(&seen.parts) {
             if let Some(home) = part.and_then(|part| self.homes.get_mut(part)) {

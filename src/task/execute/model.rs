@@ -11,7 +11,7 @@ use crate::robot::Pose;
 use crate::robot::skill::{Facing, Target};
 use crate::task::classify::{Classifier, Layout};
 use crate::task::compile::{GroundProblem, Move, Problem, TargetPose, UNSEEN_M, assumed, is_loose};
-use crate::task::domain::{Fact, RelationalDomain, Situation, Turn, relative};
+use crate::task::domain::{Fact, Origin, RelationalDomain, Situation, Turn, relative};
 use crate::task::error::TaskError;
 use crate::task::event::{Chosen, InNoState, Landed, Undecided};
 use crate::task::planner::Decider;
@@ -37,6 +37,8 @@ pub(super) struct Belief {
     pub goal: StateId,
     /// The parts that are in a state, or of a kind without states.
     pub explained: Vec<usize>,
+    /// The parts in states in which parts were found.
+    pub as_found: Vec<usize>,
     /// The parts in no state of kinds with states.
     pub in_no_state: Vec<InNoState>,
     /// Whether the scene has objects that the planner graph does not know.
@@ -245,12 +247,19 @@ impl TaskModel {
         });
         let in_no_state = in_no_state.collect();
         let explained = explained.collect();
+        let as_found = |fact: &Fact| self.domain.states[fact.state].origin == Origin::Found;
+        let as_found =
+            self.objects.iter().zip(&situation).filter_map(|((_, part), fact)| {
+                part.filter(|_| fact.as_ref().is_some_and(as_found))
+            });
+        let as_found = as_found.collect();
         *memory = Some(layout);
         let all_met = self.ground.goals().last().copied().unwrap_or(StateId::new(0));
         Belief {
             present,
             goal: self.ground.goal(&situation).unwrap_or(all_met),
             explained,
+            as_found,
             in_no_state,
             outgrown: !seen.snapshot.objects.iter().zip(&seen.parts).all(known),
         }

@@ -19,9 +19,9 @@ const DETOURS: (usize, usize) = (6, 3);
 impl Live {
     /// Returns what the recoveries know of the scene.
     pub fn plight<'v>(&'v self, seen: &'v Seen) -> Plight<'v> {
-        let Self { in_no_state, attempts, homes, wanted, .. } = self;
-        let sensed = self.cell.sensed();
-        Plight { sensed, seen, in_no_state, attempts, homes, wanted, in_the_way: &[], stuck: false }
+        let Self { in_no_state, as_found, attempts, homes, wanted, .. } = self;
+        let (sensed, in_the_way, stuck) = (self.cell.sensed(), &[], false);
+        Plight { sensed, seen, in_no_state, as_found, attempts, homes, wanted, in_the_way, stuck }
     }
 
     /// Recovers where no action can be carried out, or where the planner is stuck; ends the episode if nothing is left.

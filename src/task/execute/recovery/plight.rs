@@ -34,6 +34,8 @@ pub(in crate::task::execute) struct Plight<'v> {
     pub seen: &'v Seen,
     /// For each part, whether it is in no state.
     pub in_no_state: &'v [bool],
+    /// For each part, whether it is in a state in which parts were found.
+    pub as_found: &'v [bool],
     /// What was tried with the parts.
     pub attempts: &'v Attempts,
     /// For each part, the pose in which it was first seen.
@@ -109,13 +111,16 @@ impl Plight<'_> {
         self.in_no_state.get(part).copied().unwrap_or(false)
     }
 
-    /// Returns whether a part lies in a state, but neither where it was found nor where the robot put it on purpose: it fell
-    /// there, or another hand left it.
+    /// Returns whether a part lies as parts were found, but neither where it was found itself nor where the robot put it on purpose: it
+    /// fell there, or another hand left it.
     fn strewn(&self, part: usize) -> bool {
+        let Some(at) = self.at(part).map(Pose::at) else { return false };
+        let away = |from: &Pose| at.distance(from) > AT_M;
         let home = self.homes.get(part).copied().flatten();
-        let moved = |at: [f64; 3]| home.is_none_or(|h| Pose::at(at).distance(&h) > AT_M);
-        let placed = self.attempts.last_with(part).is_some_and(|a| a.how == Some(AttemptEnd::Done));
-        !placed && self.at(part).is_some_and(moved)
+        let last = self.attempts.last_with(part).filter(|a| a.how == Some(AttemptEnd::Done));
+        let put = last.and_then(|a| a.left);
+        let as_found = self.as_found.get(part).copied().unwrap_or(false);
+        as_found && [home, put].iter().flatten().all(away)
     }
 
     /// Returns whether the robot can lift a part away.
