@@ -96,7 +96,7 @@ function looseToo(episode, act, need) {
 
 const START_AREA = "start area";
 
-// What another hand did, and where the object was before and afterwards, if that is not the same.
+// What another hand did, and where the object was before and afterwards; once, if that is the same.
 function displaced(episode, one) {
   const { words, before, after } = episode.displacement(one);
   const list = make("ul", null, ...(before === after ? [["Before and afterwards", after]] : [["Before", before], ["Afterwards", after]]).filter(([, text]) => text)

@@ -10,6 +10,9 @@ const OUTCOMES = {
 // What came of it if the hand had lifted the part before.
 const LIFTED = { unreachable: "the robot lifted the part, but found no way from there to the target" };
 
+// What came of it if another hand moved the part afterwards.
+const TAKEN = "put down, but another hand moved it";
+
 // Distance from a target within which something that another hand put down may be in the way, in metres.
 const NEAR_M = 0.1;
 
@@ -53,7 +56,8 @@ class Episode {
         step, asked: decision.asked_s, decided, took: decision.took_ms, action, symbol: decision.action,
         words: detour ?? decision.words ?? (action && this.names.say(action)), instead: detour && decision.words, outcome, landed,
         // What came of it in a few words, and whether that was the plan.
-        came: off && this.handled(decision.chosen?.object, decided, until) ? "put down, but another hand moved it" : (decision.skill?.picked && LIFTED[came]) || (OUTCOMES[came] ?? came), well: outcome === "placed" && !off,
+        came: off && this.handled(decision.chosen?.object, decided, until) ? TAKEN : (decision.skill?.picked && LIFTED[came]) || (OUTCOMES[came] ?? came),
+        well: outcome === "placed" && !off,
         until, chosen: decision.chosen ?? null, moved: detour ? decision.recovery.object : null,
         holds: decision.holds ?? [], unmet: decision.unmet ?? [], gives: detour ? [] : decision.gives ?? [],
         needs: detour ? [] : decision.needs ?? this.learnedNeeds(decision), undecided: decision.undecided ?? [],

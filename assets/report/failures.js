@@ -29,7 +29,7 @@ function failuresOf(episode) {
 function landedOrTried(episode, act) {
   const { landed, instead, recovery } = act;
   if (landed) return episode.landedInWords(act);
-  return [instead && `It had decided to ${instead}`, recovery && capital(recovery)].filter(Boolean).join(". ");
+  return [instead && `The planner had decided to ${instead}`, recovery && capital(recovery)].filter(Boolean).join(". ");
 }
 
 // How far a part is from its target when its step has ended, and what is nearest to the target.

@@ -1,8 +1,8 @@
 //! Failure memory: what the executor tried, by which means, and how it ended.
 //!
 //! An attempt that failed the same way twice is not made a third time unchanged. *Unchanged* means: the same action with
-//! the same part, reference and place, by the same grasp, from about the same pose. A detour that worked, such as moving
-//! another part out of the way, changes the scene: failures before it no longer count.
+//! the same part, reference and place, by the same grasp, from about the same pose. A detour that worked, or another part that
+//! has left the target, changes the scene: failures before it no longer count, nor does what another hand spoilt.
 
 use serde::{Deserialize, Serialize};
 

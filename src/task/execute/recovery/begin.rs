@@ -56,7 +56,8 @@ impl Live {
         let plight = self.plight(seen);
         let lies = |w: &Wanted, part| plight.wrongly_at(w, true).contains(&part);
         let wrongly = |part| plight.wanted.iter().any(|w| lies(w, part));
-        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && wrongly(d.part);
+        let lies_wrongly = |part: usize| plight.in_no_state[part] || wrongly(part);
+        let first = |d: &Detour| d.kind == RecoveryKind::Reseat && lies_wrongly(d.part);
         let all: Vec<Detour> = detours(&plight).into_iter().filter(first).collect();
         all.iter().find_map(|detour| self.detour(tools, detour))
     }

@@ -284,7 +284,7 @@ impl Likelihood {
     /// end ahead. `explained` is as in [`turn`](Self::turn).
     pub fn line(&self, turns: &[Matrix3<f64>], axis: usize, explained: f64) -> f64 {
         let (n, extent) = (turns.len(), DIRECTION_EXTENT / 2f64.sqrt());
-        let squares = (off_line(turns, axis) - 2.0 * explained).max(0.0);
+        let squares = (off_line(turns, axis).0 - 2.0 * explained).max(0.0);
         2.0 * (self.tight(n, squares / 2.0, extent, self.scale_rad) + n as f64 * extent.ln())
     }
 
@@ -300,21 +300,16 @@ pub(super) fn about(n: usize, turn: &Matrix3<f64>) -> [f64; 3] {
     std::array::from_fn(|i| 2.0 * (n as f64 - turn.column(i).norm()))
 }
 
-/// Returns the sum of the squared angles between an axis of the object and the line that it lies along, with either end ahead.
-pub(super) fn off_line(turns: &[Matrix3<f64>], axis: usize) -> f64 {
-    let scatter: Matrix3<f64> =
-        turns.iter().map(|turn| turn.column(axis) * turn.column(axis).transpose()).sum();
-    turns.len() as f64 - scatter.symmetric_eigenvalues().max()
-}
-
-/// Returns the greatest angle between an axis of the object and the line that it lies along, in radians.
-pub(super) fn farthest_off_line(turns: &[Matrix3<f64>], axis: usize) -> f64 {
+/// Returns the sum of the squared angles between an axis of the object and the line that it lies along, with either end ahead, and the
+/// greatest of these angles, in radians.
+pub(super) fn off_line(turns: &[Matrix3<f64>], axis: usize) -> (f64, f64) {
     let scatter: Matrix3<f64> =
         turns.iter().map(|turn| turn.column(axis) * turn.column(axis).transpose()).sum();
     let eigen = scatter.symmetric_eigen();
-    let line = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+    let (at, most) = eigen.eigenvalues.argmax();
+    let line = eigen.eigenvectors.column(at).into_owned();
     let off = |turn: &Matrix3<f64>| turn.column(axis).dot(&line).abs().min(1.0).acos();
-    turns.iter().map(off).fold(0.0, f64::max)
+    (turns.len() as f64 - most, turns.iter().map(off).fold(0.0, f64::max))
 }
 
 /// Returns the sum of the squared angles between the orientations and their mean.

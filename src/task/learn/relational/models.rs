@@ -4,8 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::frames::Frames;
 use super::likelihood::{
-    BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, farthest_off_line, folded, off_line,
-    overall,
+    BY_CHANCE, Likelihood, SIDES, SYMMETRIC, Spread, about, folded, off_line, overall,
 };
 use super::motion::Came;
 use super::places::Group;
@@ -192,12 +191,13 @@ fn line(places: &[Vec<Pose>], likelihood: &Likelihood, other: f64) -> Option<Tur
     };
     let best = (0..3).max_by(|a, b| evidence(*a).total_cmp(&evidence(*b)))?;
     let free: usize = all.iter().map(|turns| turns.len().saturating_sub(1)).sum();
-    let squares: f64 = all.iter().map(|turns| off_line(turns, best)).sum();
+    let off: Vec<(f64, f64)> = all.iter().map(|turns| off_line(turns, best)).collect();
+    let squares: f64 = off.iter().map(|(squares, _)| squares).sum();
     let sd = (squares.max(0.0) / (2.0 * free.max(1) as f64)).sqrt();
     let mut axis = [0.0; 3];
     axis[best] = 1.0;
     // Cubes that happen to lie on the same face, but for a few, lie on any.
-    let farthest = all.iter().map(|turns| farthest_off_line(turns, best)).fold(0.0, f64::max);
+    let farthest = off.iter().map(|(_, farthest)| *farthest).fold(0.0, f64::max);
     let near = farthest <= ASIDE_SD * sd.max(likelihood.scale_rad);
     let likely = free >= SYMMETRIC && evidence(best) > other + BY_CHANCE && sd < WILD_RAD && near;
     likely.then_some(Turn::Line { axis, sd })
