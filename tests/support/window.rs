@@ -163,6 +163,22 @@ impl Window {
         self.stands_at(tick).1
     }
 
+    /// Sends a command, and waits until the run stands at a tick. Returns the samples of the last plot of all frames on
+    /// the way: on a busy machine a step is told in several, each with the samples since the one before.
+    pub fn sampled(&mut self, what: &Value, tick: u64) -> (Vec<f64>, Vec<f32>) {
+        self.send(what);
+        let (mut ticks, mut values) = (Vec::new(), Vec::new());
+        loop {
+            let (frame, bytes) = self.frame();
+            let (at, of) = samples(&bytes);
+            ticks.extend(at);
+            values.extend(of);
+            if frame.mode != 1 && frame.tick == tick as f64 {
+                return (ticks, values);
+            }
+        }
+    }
+
     /// Reads until the connection is closed. Returns the reason.
     pub fn closed(&mut self) -> String {
         loop {

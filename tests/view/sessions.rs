@@ -50,8 +50,7 @@ fn a_run_that_is_watched_has_the_same_bits_as_one_that_is_not() {
     let spikes = json!({ "spikes": { "layer": layer, "count": 20 } });
     window.send(&json!({ "plot": { "key": 8, "what": spikes } }));
     window.answer("plotted");
-    let bytes = window.goes(&json!({ "step": { "ticks": 50 } }), 50);
-    let (ticks, neurons) = samples(&bytes);
+    let (ticks, neurons) = window.sampled(&json!({ "step": { "ticks": 50 } }), 50);
     assert!(ticks.len() > 5 && neurons.iter().all(|neuron| (0.0..20.0).contains(neuron)));
     // At full speed, then at a speed of a hundredth, then on.
     window.send(&json!({ "run": {} }));
@@ -84,12 +83,12 @@ fn stepping_back_and_on_gives_the_same_bits() {
     let mut window = served.window();
     window.send(&json!({ "plot": { "key": 1, "what": { "values": { "output": "rules.chosen", "count": 3 } } } }));
     window.answer("plotted");
-    let there = window.goes(&json!({ "step": { "ticks": 170 } }), 170);
+    let there = window.sampled(&json!({ "step": { "ticks": 170 } }), 170).1;
     let back = window.goes(&json!({ "back": { "ticks": 60 } }), 110);
-    assert_ne!(samples(&there).1, samples(&back).1);
+    assert_ne!(there, samples(&back).1);
     assert_eq!(samples(&back).0, [110.0], "no sample of the run's future is left");
-    let again = window.goes(&json!({ "step": { "ticks": 60 } }), 170);
-    let last = |bytes: &[u8]| samples(bytes).1.last_chunk::<3>().unwrap().map(f32::to_bits);
+    let again = window.sampled(&json!({ "step": { "ticks": 60 } }), 170).1;
+    let last = |values: &[f32]| values.last_chunk::<3>().unwrap().map(f32::to_bits);
     assert_eq!(last(&there), last(&again));
     // What lies ahead is made again, unless it is forgotten.
     window.send(&json!({ "do": { "silence": { "at": "memory" } } }));
