@@ -70,8 +70,9 @@ fn inspect(bytes: &[u8], path: &Path) -> Result<Value, TaskError> {
             allow(Limit::SETTINGS)?;
             let task = DataTask::parse(bytes, name)?;
             let parts = task.scene(Seed::new(0))?.parts.len();
-            let unsolved = unsolved(&task)?;
-            Ok(json!({"kind": "task", "parts": parts, "unsolved": unsolved}))
+            let (unsolved, warnings) = (unsolved(&task)?, task.empty_grasps()?);
+            warnings.iter().for_each(|warning| warn(warning));
+            Ok(json!({"kind": "task", "parts": parts, "unsolved": unsolved, "warnings": warnings}))
         }
         Kind::Domain => {
             allow(Limit::DOMAIN)?;

@@ -85,6 +85,13 @@ pub(crate) fn hand_outline(
     std::iter::once((hand * hand_middle(), hand_shape(0.0))).chain(fingers)
 }
 
+/// Returns the space between the fingers and its frame, with the end effector at `tool`.
+pub(crate) fn between_fingers(tool: &Frame, opening: f64) -> (Frame, SharedShape) {
+    let half_m = FINGER_LENGTH_M / 2.0;
+    let middle = Frame::from_translation(Vector::new(0.0, 0.0, FINGER_TIP_M - half_m));
+    (*tool * middle, SharedShape::cuboid(PAD_HALF_WIDTH_M, opening, half_m))
+}
+
 /// Returns the shapes of the link that moves with a joint, in the link's frame. The last link includes the
 /// hand.
 pub(crate) fn link_shapes(joint: usize) -> Vec<(Frame, SharedShape)> {

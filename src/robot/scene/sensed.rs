@@ -255,6 +255,13 @@ impl<'s> Sensed<'s> {
         self.touches(bodies::hand_outline(tool, opening), ignored)
     }
 
+    /// Returns whether any of part `index` lies between the fingers, with the end effector at `tool` and its fingers at
+    /// `opening`. Otherwise they close on nothing.
+    pub(crate) fn is_between_fingers(&self, index: usize, tool: &Frame, opening: f64) -> bool {
+        let (at, space) = bodies::between_fingers(tool, opening);
+        meet((&at, &space), (&self.part_frame(index), self.shape(index)))
+    }
+
     /// Returns whether part `index` at `frame` would touch anything except the robot.
     pub(crate) fn part_collides(&self, index: usize, frame: &Frame) -> bool {
         self.touches(std::iter::once((*frame, self.shape(index).clone())), &[index])

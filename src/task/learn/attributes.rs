@@ -52,19 +52,26 @@ struct Division {
     parts: Vec<(String, SubKind)>,
 }
 
-/// Returns the kinds to divide, and how. Without attributes there are none.
-pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
-    divisions(recording, attributes).0
+/// The kinds to divide.
+#[derive(Default)]
+pub(super) struct Divisions {
+    pub kinds: Vec<SubKinds>,
+    /// Parts whose objects were all put beside objects of one part of a fixed kind, each with that part.
+    pub pairs: BTreeMap<String, String>,
+    /// A remark on each kind that would be divided but for some of its objects.
+    pub remarks: Vec<Remark>,
 }
 
-/// Returns the kinds to divide, and a remark on each kind that would be divided but for some of its objects.
-pub(super) fn divisions(
-    recording: &Recording,
-    attributes: &Attributes,
-) -> (Vec<SubKinds>, Vec<Remark>) {
+/// Returns the kinds to divide, and how. Without attributes there are none.
+pub fn divide(recording: &Recording, attributes: &Attributes) -> Vec<SubKinds> {
+    divisions(recording, attributes).kinds
+}
+
+/// Returns the kinds to divide, and what follows from it.
+pub(super) fn divisions(recording: &Recording, attributes: &Attributes) -> Divisions {
     let mut remarks = Vec::new();
     if attributes.is_empty() {
-        return (Vec::new(), remarks);
+        return Divisions::default();
     }
     let mut cases = cases(recording, attributes);
     let moving: BTreeSet<&str> = cases.iter().filter(|c| c.moved).map(|c| &**c.kind).collect();
@@ -81,30 +88,50 @@ pub(super) fn divisions(
         let outcomes = outcomes(&own, &cases);
         all.extend(best(kind, &own, &outcomes, &mut names, &mut remarks));
     }
-    // What is done to a fixed object is what is put beside it.
-    let part = |case: &Case<'_>| {
+    // What is done to a fixed object is what is put beside it: of all kinds, or of one of them.
+    let part = |all: &[SubKinds], case: &Case<'_>| {
         let divided = all.iter().find(|s| *s.kind == **case.kind)?;
         let value = case.attributes?.get(&divided.attribute)?;
         divided.of.iter().find(|part| part.has(value)).map(|part| part.name.clone())
     };
-    let mut put: BTreeMap<usize, BTreeSet<Option<String>>> = BTreeMap::new();
+    let mut put: BTreeMap<usize, Vec<(&str, Option<String>)>> = BTreeMap::new();
     for case in &cases {
         if let Some(near) = case.near {
-            put.entry(near).or_default().insert(part(case));
+            put.entry(near).or_default().push((&**case.kind, part(&all, case)));
         }
     }
+    let divided = || all.iter().map(|divided| Some(divided.kind.as_str()));
+    let several = all.len() > 1;
     let mut more = Vec::new();
     for (kind, own) in kinds.iter().filter(|(kind, _)| !moving.contains(*kind)) {
-        let received = own.iter().map(|to| match put.get(to)?.iter().collect::<Vec<_>>()[..] {
-            [part] => part.clone(),
-            _ => None,
-        });
-        let received: Vec<Option<String>> = received.collect();
+        let received = |to: &usize, of: Option<&str>| {
+            let counted = put.get(to)?.iter().filter(|(kind, _)| of.is_none_or(|of| of == *kind));
+            let parts: BTreeSet<&Option<String>> = counted.map(|(_, part)| part).collect();
+            match parts.into_iter().collect::<Vec<_>>()[..] {
+                [part] => part.clone(),
+                _ => None,
+            }
+        };
+        let ways = std::iter::once(None).chain(divided().filter(|_| several));
+        let outcomes: Vec<Vec<Option<String>>> =
+            ways.map(|of| own.iter().map(|to| received(to, of)).collect()).collect();
         let own: Vec<&Case<'_>> = own.iter().map(|index| &cases[*index]).collect();
-        more.extend(best(kind, &own, &[received], &mut names, &mut remarks));
+        more.extend(best(kind, &own, &outcomes, &mut names, &mut remarks));
     }
+    let mut beside: BTreeMap<String, BTreeSet<Option<String>>> = BTreeMap::new();
+    for case in &cases {
+        if let Some((near, own)) = case.near.zip(part(&all, case)) {
+            beside.entry(own).or_default().insert(part(&more, &cases[near]));
+        }
+    }
+    let only = |(own, to): (String, BTreeSet<Option<String>>)| {
+        let mut to = to.into_iter();
+        let first = to.next().flatten();
+        first.filter(|_| to.next().is_none()).map(|to| (own, to))
+    };
+    let pairs = beside.into_iter().filter_map(only).collect();
     all.extend(more);
-    (all, remarks)
+    Divisions { kinds: all, pairs, remarks }
 }
 
 fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {
@@ -386,8 +413,8 @@ fn division(attribute: &str, shown: &[(&Attribute, &str)]) -> Option<Division> {
             };
             (ending, part(own, None, None, *count))
         });
-        let chance = sizes.values().map(|size| by_words(&counts, *size)).fold(1.0, f64::min);
-        let chance = chance * if sizes.len() > 2 { sizes.len() as f64 } else { 1.0 };
+        let sizes: Vec<usize> = sizes.values().copied().collect();
+        let chance = by_words(&counts, &sizes);
         let mut parts: Vec<(String, SubKind)> = parts.collect();
         parts.sort_by(|a, b| a.0.cmp(&b.0));
         return Some(Division { chance, attribute: attribute.into(), parts });
@@ -447,19 +474,29 @@ fn rounded(low: f64, high: f64) -> f64 {
     if near.is_finite() && low < near && near <= high { near } else { middle }
 }
 
-/// Returns the probability that words would predict whether an outcome occurs, were the outcome dealt out at random to as many
-/// objects: the words have these counts, and the outcome this. For two words it is Fisher's exact test.
-fn by_words(counts: &[usize], size: usize) -> f64 {
-    let all: usize = counts.iter().sum();
-    // In how many ways whole words make up the outcome.
-    let mut ways = vec![0.0; size + 1];
-    ways[0] = 1.0;
-    for count in counts {
-        for sum in (*count..=size).rev() {
-            ways[sum] += ways[sum - count];
+/// Returns a bound on the probability that words would predict the outcome, were the outcomes dealt out at random to as many objects:
+/// the words have these counts, and the outcomes these. For two words and two outcomes it is Fisher's exact test.
+fn by_words(counts: &[usize], sizes: &[usize]) -> f64 {
+    // In how many ways whole words make up an outcome.
+    let ways = |size: usize| {
+        let mut ways = vec![0.0; size + 1];
+        ways[0] = 1.0;
+        for count in counts {
+            for sum in (*count..=size).rev() {
+                ways[sum] += ways[sum - count];
+            }
         }
+        ways[size]
+    };
+    let mut all: Vec<(f64, usize)> = sizes.iter().map(|size| (ways(*size), *size)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut chance, mut left) = (1.0_f64, counts.iter().sum::<usize>());
+    // What is left is the last outcome.
+    for (ways, size) in &all[..all.len().saturating_sub(1)] {
+        chance *= ways / choose(left, *size);
+        left -= size;
     }
-    (ways[size] / choose(all, size)).min(1.0)
+    chance.min(1.0)
 }
 
 /// The number of ways to choose some of all.

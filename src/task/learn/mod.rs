@@ -83,6 +83,8 @@ pub use remark::{NoGoal, Remark};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
+use std::collections::BTreeMap;
+
 use crate::task::domain::{Provenance, RelationalDomain, SubKinds};
 use crate::task::error::TaskError;
 use crate::task::event::{Ignore, Observer};
@@ -211,11 +213,11 @@ pub fn learn_attributed(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
-    let (sub_kinds, remarks) = attributes::divisions(recording, attributes);
-    SubKinds::apply(&sub_kinds, recording, attributes);
-    let mut learned = learn_observed(recording, settings, observer)?;
-    learned.domain.sub_kinds = sub_kinds;
-    learned.remarks.extend(remarks);
+    let divided = attributes::divisions(recording, attributes);
+    SubKinds::apply(&divided.kinds, recording, attributes);
+    let mut learned = learn_paired(recording, &divided.pairs, settings, observer)?;
+    learned.domain.sub_kinds = divided.kinds;
+    learned.remarks.extend(divided.remarks);
     Ok(learned)
 }
 
@@ -229,13 +231,23 @@ pub fn learn_observed(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
+    learn_paired(recording, &BTreeMap::new(), settings, observer)
+}
+
+/// Learns a domain. `pairs` are kinds, each with the kind beside whose objects all of its own were put for what they are.
+fn learn_paired(
+    recording: &Recording,
+    pairs: &BTreeMap<String, String>,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Learned, TaskError> {
     settings.check()?;
     if recording.demos.iter().all(|d| d.snapshots.len() < 2) {
         let reason = "every demonstration has fewer than two snapshots; expected at least two";
         return Err(nothing(reason));
     }
     match settings.method {
-        Method::Relational => relational::learn(recording, settings, observer),
+        Method::Relational => relational::learn(recording, pairs, settings, observer),
         Method::Paper => paper::learn(recording, settings, observer),
     }
 }

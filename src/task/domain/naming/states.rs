@@ -132,7 +132,7 @@ pub(crate) fn name_all(
         let place = state.places.first()?.pose();
         nearest(&place, landmarks).map(|landmark| landmark.kind.clone())
     };
-    let described = describe(states, goals, near);
+    let described = describe(states, operators, goals, near);
     let mut words = BTreeMap::new();
     for (state, own) in states.iter_mut().zip(&described) {
         state.name = names.take(&own.symbol);
@@ -220,6 +220,7 @@ impl Described {
 /// names, if there are terms, is set aside.
 pub(super) fn describe(
     states: &[FrameState],
+    operators: &[RelationalOperator],
     goals: &[GoalTerm],
     near: impl Fn(&FrameState) -> Option<String>,
 ) -> Vec<Described> {
@@ -252,7 +253,11 @@ pub(super) fn describe(
         groups.entry((&state.kind, &state.frame)).or_default().push(index);
     }
     for group in groups.values().filter(|group| group.len() > 1) {
-        if !open_and_closed(states, group, &mut all) {
+        let mut opens = false;
+        for track in tracks(group, operators) {
+            opens |= open_and_closed(states, &track, &mut all);
+        }
+        if !opens {
             turned(states, group, &mut all);
         }
     }
@@ -336,6 +341,28 @@ fn angle(state: &FrameState) -> f64 {
 
 fn rounded(value: f64) -> f64 {
     (value / STEP).round() * STEP
+}
+
+/// Parts states of a kind by the actions that lead from one to another: each drawer of a cabinet has a track of its own.
+/// All are one track where one of them would have a single state.
+fn tracks(group: &[usize], operators: &[RelationalOperator]) -> Vec<Vec<usize>> {
+    let mut track: BTreeMap<usize, usize> = group.iter().map(|state| (*state, *state)).collect();
+    for operator in operators {
+        for from in &operator.from {
+            if let (Some(a), Some(b)) = (track.get(from).copied(), track.get(&operator.to).copied())
+            {
+                track.values_mut().filter(|own| **own == a).for_each(|own| *own = b);
+            }
+        }
+    }
+    let mut all: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (state, own) in track {
+        all.entry(own).or_default().push(state);
+    }
+    if all.values().any(|track| track.len() < 2) {
+        return vec![group.to_vec()];
+    }
+    all.into_values().collect()
 }
 
 /// Tells the states of a thing that opens apart: it is closed where it is nearest to its frame. Returns `false` if it is

@@ -142,7 +142,9 @@ impl RelationalDomain {
     pub fn state_in_words(&self, state: usize) -> Cow<'_, str> {
         match self.words.get(&self.states[state].name) {
             Some(words) => words.into(),
-            None => describe(&self.states, &self.goals, named_landmark)[state].statement().into(),
+            None => describe(&self.states, &self.operators, &self.goals, named_landmark)[state]
+                .statement()
+                .into(),
         }
     }
 
@@ -150,7 +152,10 @@ impl RelationalDomain {
     pub fn operator_in_words<'d>(&'d self, operator: &RelationalOperator) -> Cow<'d, str> {
         match self.words.get(&operator.name) {
             Some(words) => words.into(),
-            None => describe(&self.states, &self.goals, named_landmark)[operator.to].order().into(),
+            None => describe(&self.states, &self.operators, &self.goals, named_landmark)
+                [operator.to]
+                .order()
+                .into(),
         }
     }
 
@@ -257,7 +262,7 @@ impl RelationalDomain {
 
     /// Adds the sentences that are missing in [`RelationalDomain::words`].
     pub(crate) fn complete_words(&mut self) {
-        let described = describe(&self.states, &self.goals, named_landmark);
+        let described = describe(&self.states, &self.operators, &self.goals, named_landmark);
         let mut taken: BTreeSet<String> = self.words.values().cloned().collect();
         let states = self.states.iter().zip(&described).map(|(s, own)| (&s.name, own.statement()));
         let of = |o: &RelationalOperator| described.get(o.to).map(Described::order);

@@ -28,6 +28,8 @@ pub(super) struct FramePrior {
     pub slope: f64,
     /// Loss if another object that moves is always nearer.
     pub crowd: f64,
+    /// Gain if all objects were put there.
+    pub put: f64,
 }
 
 /// Distance at which the prior begins to fall, in metres, in scenes up to one metre wide. In a wider one things are larger.
@@ -41,7 +43,10 @@ pub(super) fn near(extent: [f64; 3]) -> f64 {
 impl FramePrior {
     fn of(&self, n: usize, sums: &Sums, near_m: f64) -> f64 {
         let n = n as f64;
-        self.base - self.slope * (sums.far / (n * near_m)).ln_1p() - self.crowd * sums.crowded / n
+        let put = self.put * (1.0 - sums.found / n);
+        self.base + put
+            - self.slope * (sums.far / (n * near_m)).ln_1p()
+            - self.crowd * sums.crowded / n
     }
 }
 

@@ -60,7 +60,7 @@ struct Ends<'m, 'r> {
     last: Vec<(usize, Situation)>,
     /// Number of demonstrations that have to end with a term fulfilled.
     enough: usize,
-    /// States that are one of several by which a condition of an action is met.
+    /// States that are one of several by which a condition of an action is met, of which no demonstration ends in two.
     alternatives: BTreeSet<usize>,
     /// States that an action achieves, which serve no other action.
     final_states: BTreeSet<usize>,
@@ -118,8 +118,12 @@ pub(super) fn goals(
     };
     let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();
     let needs = operators.iter().flat_map(|operator| &operator.needs);
-    let either = needs.filter(|need| !need.or.is_empty()).flat_map(|need| need.states());
-    let alternatives = either.collect();
+    let either = needs.filter(|need| {
+        let ended = |end: &Situation, state| end.iter().flatten().any(|fact| fact.state == state);
+        let several = |end: &Situation| need.states().filter(|s| ended(end, *s)).count() > 1;
+        !need.or.is_empty() && !last.iter().any(|(_, end)| several(end))
+    });
+    let alternatives = either.flat_map(|need| need.states()).collect();
     let up = motion.up();
     let final_states = final_states(operators);
     let ends = Ends { motion, found, last, enough, alternatives, final_states, unknown, up };

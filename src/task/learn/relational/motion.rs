@@ -66,6 +66,8 @@ pub(super) struct Motion<'r> {
     pub flickers: bool,
     /// The kinds that nothing ever moved.
     pub landmarks: BTreeSet<Arc<str>>,
+    /// Kinds, each with the kind beside whose objects all of its own were put for what they are.
+    pub pairs: BTreeMap<String, String>,
     /// A kind that nobody handled and whose poses differ from look to look, with the usual difference in metres.
     pub views: Option<(String, f64)>,
 }
@@ -142,6 +144,7 @@ impl<'r> Motion<'r> {
             least,
             flickers,
             landmarks: BTreeSet::new(),
+            pairs: BTreeMap::new(),
             views,
         };
         let upwards = carried::upright(recording);

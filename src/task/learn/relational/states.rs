@@ -35,9 +35,11 @@ pub(super) struct States {
 
 /// Log priors of the frames: of the world, of kinds that never move and of kinds that move. What moves is a likely
 /// reference if it is near, and an unlikely one if it is far.
-const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0 };
-const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0 };
-const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0 };
+const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0, put: 0.0 };
+const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0, put: 0.0 };
+/// That of the kind that a kind was divided for: red socks go into the red basket.
+const PAIRED_PRIOR: FramePrior = FramePrior { put: 4.0, ..FIXED_PRIOR };
+const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0, put: 0.0 };
 /// Distance of the middle of an area in which objects lie about, in its diagonals, beyond which it does not belong to a reference.
 const FAR_AREA: f64 = 1.5;
 /// Length of such an area, as a share of the diagonal of the area in the world, beyond which it does not belong to one that moves about.
@@ -157,9 +159,11 @@ impl Frames<'_, '_> {
             .iter()
             .map(|r| Item { frames: (0..frames).map(|f| self.sums(*r, f)).collect() })
             .collect();
+        let pair = self.motion.pairs.get(&*self.kinds[kind]).map(String::as_str);
         let priors: Vec<FramePrior> = (0..frames)
             .map(|f| match f.checked_sub(1) {
                 None => WORLD_PRIOR,
+                Some(kind) if pair == Some(&*self.kinds[kind]) => PAIRED_PRIOR,
                 Some(kind) if self.moves[kind] => MOVING_PRIOR,
                 Some(_) => FIXED_PRIOR,
             })

@@ -6,6 +6,7 @@ use super::format::GraspData;
 use crate::robot::arm::level::dot;
 use crate::robot::arm::vector::{add, scale, sub, unit};
 use crate::robot::arm::{BodyFrame, FINGER_TIP_M, Turn};
+use crate::robot::scene::Sensed;
 use crate::robot::skill::Grasp;
 
 /// Approaches up to this angle from straight down come from above, the others from the side, in degrees.
@@ -65,29 +66,65 @@ fn is_same(a: &Grasp, b: &Grasp) -> bool {
         && a.opening_m == b.opening_m
 }
 
+/// Returns the grasps of a family for a part at `frame` that the hand can come to from there.
 fn family_at(family: &GraspData, tilt_deg: f64, opening_m: f64, frame: &BodyFrame) -> Vec<Grasp> {
+    let most = family.most_deg.to_radians().cos();
+    let from_here = |grasp: &Grasp| {
+        let approach = grasp.approach;
+        -approach[2] >= most
+            && (off_deg(approach) <= STEEP_DEG || outwards(approach, frame) >= OUTWARDS)
+    };
+    turns(family, tilt_deg, opening_m, frame).flatten().filter(from_here).collect()
+}
+
+/// Returns whether any of a part lies between the fingers before they close.
+pub(super) fn holds(grasp: &Grasp, scene: &Sensed<'_>, part: usize) -> bool {
+    grasp.tool().is_some_and(|tool| scene.is_between_fingers(part, &tool, grasp.opening_m))
+}
+
+/// Returns how many grasps of a family for a part at `frame` close on nothing, in words; `None` if none does.
+pub(super) fn empty(
+    family: &GraspData,
+    frame: &BodyFrame,
+    scene: &Sensed<'_>,
+    part: usize,
+) -> Option<String> {
+    let ways =
+        family.tilts_deg.iter().flat_map(|tilt| family.openings_m.iter().map(move |m| (tilt, m)));
+    let (mut of, mut empty) = (0, 0);
+    for [grasp, _] in ways.flat_map(|(tilt, opening_m)| turns(family, *tilt, *opening_m, frame)) {
+        of += 1;
+        empty += usize::from(!holds(&grasp, scene, part));
+    }
+    let why = match family.around {
+        Some(around) if around.times > 1 => {
+            "; `around` turns about an axis through the origin of the part's frame"
+        }
+        _ => "",
+    };
+    (empty > 0).then(|| format!("{empty} of {of} grasps close on nothing and are left out{why}"))
+}
+
+/// Returns the grasps of a family for a part at `frame`: for each turn about the axis of `around`, both senses of
+/// closing.
+pub(super) fn turns(
+    family: &GraspData,
+    tilt_deg: f64,
+    opening_m: f64,
+    frame: &BodyFrame,
+) -> impl Iterator<Item = [Grasp; 2]> {
     let approach = unit(family.approach);
     let closing = unit(sub(family.closing, scale(approach, dot(approach, family.closing))));
     let tilted = Turn::about(closing, tilt_deg.to_radians()).apply(approach);
     let (axis, times) = family.around.map_or(([0.0, 0.0, 1.0], 1), |a| (unit(a.axis), a.times));
-    let mut all = Vec::new();
-    for k in 0..times {
+    (0..times).map(move |k| {
         let turn = frame.turn * Turn::about(axis, TAU * f64::from(k) / f64::from(times));
         let approach = turn.apply(tilted);
-        if -approach[2] < family.most_deg.to_radians().cos() {
-            continue;
-        }
-        if off_deg(approach) > STEEP_DEG && outwards(approach, frame) < OUTWARDS {
-            continue;
-        }
         let tips = add(frame.position, turn.apply(family.at));
         let at = add(tips, scale(approach, family.beyond_m - FINGER_TIP_M));
-        for sense in [1.0, -1.0] {
-            let closing = scale(turn.apply(closing), sense);
-            all.push(Grasp { at, approach, closing, opening_m });
-        }
-    }
-    all
+        let closing = turn.apply(closing);
+        [1.0, -1.0].map(|sense| Grasp { at, approach, closing: scale(closing, sense), opening_m })
+    })
 }
 
 #[cfg(test)]

@@ -68,6 +68,29 @@ impl DataTask {
         &self.0.file
     }
 
+    /// Returns the families of grasps that close on nothing at some turn of `around`, in words that name the field. The
+    /// robot leaves such grasps out. Costs a scene.
+    ///
+    /// # Errors
+    /// As [`scene`](Task::scene).
+    pub fn empty_grasps(&self) -> Result<Vec<String>, TaskError> {
+        let scene = Scene::new(self.scene(Seed::new(0))?)?;
+        let scene = scene.sensed();
+        let mut all = Vec::new();
+        for (kind, part) in self.0.file.parts.iter().enumerate() {
+            let Some(index) = scene.kinds().position(|of| of == kind) else { continue };
+            let Some(frame) = scene.body_frame(index) else { continue };
+            for (at, family) in part.grasps.iter().enumerate() {
+                let field = format!("parts[{kind}].grasps[{at}]");
+                all.extend(
+                    grasps::empty(family, &frame, &scene, index)
+                        .map(|why| format!("{field}: {why}")),
+                );
+            }
+        }
+        Ok(all)
+    }
+
     fn layout(&self, seed: Seed) -> Result<Layout, TaskError> {
         draw::layout(&self.0.file, &self.0.shapes, seed).map_err(|missing| TaskError::Setting {
             name: "starts",
@@ -280,10 +303,10 @@ impl Task for DataTask {
         match (kind, scene.body_frame(part)) {
             (Some(kind), Some(frame)) => {
                 let mut all = grasps::grasps(&kind.grasps, &frame);
-                // Spare the robot the search for postures in which the hand has no room.
+                // Spare the robot postures in which the hand has no room, or closes on nothing.
                 all.retain(|grasp| {
                     let room = |tool| !scene.hand_collides(&tool, grasp.opening_m, &[part]);
-                    grasp.tool().is_some_and(room)
+                    grasps::holds(grasp, scene, part) && grasp.tool().is_some_and(room)
                 });
                 all
             }
