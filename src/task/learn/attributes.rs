@@ -52,12 +52,15 @@ struct Division {
     parts: Vec<(String, SubKind)>,
 }
 
+/// The parts of a kind, each with the part of a fixed kind to which its objects go: red socks with red baskets.
+pub(super) type Family = BTreeMap<String, String>;
+
 /// The kinds to divide.
 #[derive(Default)]
 pub(super) struct Divisions {
     pub kinds: Vec<SubKinds>,
-    /// Parts whose objects were all put beside objects of one part of a fixed kind, each with that part.
-    pub pairs: BTreeMap<String, String>,
+    /// For each kind whose parts go to parts of fixed kinds: the parts whose objects were all put beside one part, each with that.
+    pub families: Vec<Family>,
     /// A remark on each kind that would be divided but for some of its objects.
     pub remarks: Vec<Remark>,
 }
@@ -124,14 +127,15 @@ pub(super) fn divisions(recording: &Recording, attributes: &Attributes) -> Divis
             beside.entry(own).or_default().insert(part(&more, &cases[near]));
         }
     }
-    let only = |(own, to): (String, BTreeSet<Option<String>>)| {
-        let mut to = to.into_iter();
-        let first = to.next().flatten();
-        first.filter(|_| to.next().is_none()).map(|to| (own, to))
+    let home = |part: &SubKind| {
+        let mut to = beside.get(&part.name)?.iter();
+        let first = to.next().cloned().flatten();
+        first.filter(|_| to.next().is_none()).map(|to| (part.name.clone(), to))
     };
-    let pairs = beside.into_iter().filter_map(only).collect();
+    let families = all.iter().map(|divided| divided.of.iter().filter_map(home).collect());
+    let families = families.filter(|family: &Family| family.len() > 1).collect();
     all.extend(more);
-    Divisions { kinds: all, pairs, remarks }
+    Divisions { kinds: all, families, remarks }
 }
 
 fn cases<'r>(recording: &'r Recording, attributes: &'r Attributes) -> Vec<Case<'r>> {

@@ -83,7 +83,7 @@ pub use remark::{NoGoal, Remark};
 pub use summary::{AttemptOutcome, AttemptReport, Failure, LearnReport, UnexplainedPoses};
 pub use threshold::RESOLUTION;
 
-use std::collections::BTreeMap;
+use attributes::Family;
 
 use crate::task::domain::{Provenance, RelationalDomain, SubKinds};
 use crate::task::error::TaskError;
@@ -215,7 +215,7 @@ pub fn learn_attributed(
 ) -> Result<Learned, TaskError> {
     let divided = attributes::divisions(recording, attributes);
     SubKinds::apply(&divided.kinds, recording, attributes);
-    let mut learned = learn_paired(recording, &divided.pairs, settings, observer)?;
+    let mut learned = learn_families(recording, &divided.families, settings, observer)?;
     learned.domain.sub_kinds = divided.kinds;
     learned.remarks.extend(divided.remarks);
     Ok(learned)
@@ -231,13 +231,13 @@ pub fn learn_observed(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
-    learn_paired(recording, &BTreeMap::new(), settings, observer)
+    learn_families(recording, &[], settings, observer)
 }
 
-/// Learns a domain. `pairs` are kinds, each with the kind beside whose objects all of its own were put for what they are.
-fn learn_paired(
+/// Learns a domain. What is done to the kinds of a family is the same, but for where they go.
+fn learn_families(
     recording: &Recording,
-    pairs: &BTreeMap<String, String>,
+    families: &[Family],
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
@@ -247,7 +247,7 @@ fn learn_paired(
         return Err(nothing(reason));
     }
     match settings.method {
-        Method::Relational => relational::learn(recording, pairs, settings, observer),
+        Method::Relational => relational::learn(recording, families, settings, observer),
         Method::Paper => paper::learn(recording, settings, observer),
     }
 }

@@ -17,7 +17,11 @@ const PART_M: f64 = 0.04;
 /// Distance up to which two places are the same, in metres.
 const SAME_M: f64 = 5e-3;
 
+/// A kind of a family, and the fixed kind to which it goes.
+pub(super) type Member = (usize, usize);
+
 /// The frames of a recording. Frame 0 is the world, frame `k + 1` belongs to kind `k`.
+#[derive(Clone)]
 pub(super) struct Frames<'m, 'r> {
     pub motion: &'m Motion<'r>,
     /// The kinds, in alphabetical order.
@@ -34,6 +38,8 @@ pub(super) struct Frames<'m, 'r> {
     pub carried_to: BTreeMap<usize, usize>,
     /// The kinds that are no part of the task, although they move: another hand moved them.
     pub moved_by_others: Vec<usize>,
+    /// Kinds that are looked at as one, if any: that to which each goes changes places with that to which the first goes.
+    pub family: Vec<Member>,
 }
 
 impl<'m, 'r> Frames<'m, 'r> {
@@ -72,6 +78,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             carried_from: BTreeMap::new(),
             carried_to: BTreeMap::new(),
             moved_by_others: Vec::new(),
+            family: Vec::new(),
         };
         frames.follow_containers();
         let others = (0..frames.kinds.len()).filter(|k| {
@@ -201,11 +208,23 @@ impl<'m, 'r> Frames<'m, 'r> {
         self.motion.rest_during(own.demo, track, (own.first, own.last))
     }
 
+    /// Returns the frame that stands for this one where kinds are looked at as one.
+    fn own_frame(&self, rest: &Rest, frame: usize) -> usize {
+        let own = |(kind, _): &&Member| &*self.kinds[*kind] == self.motion.kind(rest);
+        let of = |member: Option<&Member>| member.map_or(frame, |(_, home)| home + 1);
+        let (first, own) = (of(self.family.first()), of(self.family.iter().find(own)));
+        match frame {
+            _ if frame == first => own,
+            _ if frame == own => first,
+            _ => frame,
+        }
+    }
+
     /// Returns the nearest object of the frame's kind when a rest began, and the number of objects to choose from. One that is
     /// taken away while the rest lasts is left out if there are others: in a heap, what lies above.
     pub fn reference(&self, rest: usize, frame: usize) -> Option<(usize, usize)> {
-        let kind = self.kinds.get(frame.checked_sub(1)?)?;
         let own = &self.motion.rests[rest];
+        let kind = self.kinds.get(self.own_frame(own, frame).checked_sub(1)?)?;
         let mut nearest: Option<(bool, f64, usize)> = None;
         let mut choices = [0, 0];
         let handled = |rest: &Rest| usize::from(matches!(rest.came, Came::Placed(_)));

@@ -22,8 +22,7 @@ mod taken;
 mod together;
 mod views;
 
-use std::collections::BTreeMap;
-
+use super::attributes::Family;
 use super::summary::{AttemptReport, LearnReport, UnexplainedPoses};
 use super::{Learned, Remark, Settings, nothing, remark};
 use crate::robot::Pose;
@@ -39,10 +38,10 @@ use views::Shifted;
 /// Greatest number of things that are seen elsewhere in some demonstrations.
 const MOST_SHIFTED: usize = 8;
 
-/// Learns from a recording whose settings were checked. `pairs` is [`Motion::pairs`].
+/// Learns from a recording whose settings were checked. `families` is [`Motion::families`].
 pub(super) fn learn(
     recording: &Recording,
-    pairs: &BTreeMap<String, String>,
+    families: &[Family],
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Learned, TaskError> {
@@ -66,7 +65,7 @@ pub(super) fn learn(
     let snapshots = recording.snapshot_count();
     observer.observe(&Event::Learning(LearningStep::Following { snapshots }));
     let mut motion = Motion::of(recording, settings.p);
-    motion.pairs = pairs.clone();
+    motion.families = families.to_vec();
     if motion.attempts.iter().all(|a| a.track.is_none()) {
         let moved = motion.rests.iter().any(|r| r.came != motion::Came::Found);
         return Err(nothing(if moved {

@@ -9,6 +9,7 @@ use super::likelihood::Spread;
 use super::{carried, views};
 use crate::robot::{Pose, mean_orientation, rotation_between};
 use crate::task::learn::attempts::{self, Attempt, MOVED_M};
+use crate::task::learn::attributes::Family;
 use crate::task::learn::tracks::Track;
 use crate::task::recording::{Demonstration, Recording, Snapshot, SnapshotEvent};
 
@@ -66,8 +67,8 @@ pub(super) struct Motion<'r> {
     pub flickers: bool,
     /// The kinds that nothing ever moved.
     pub landmarks: BTreeSet<Arc<str>>,
-    /// Kinds, each with the kind beside whose objects all of its own were put for what they are.
-    pub pairs: BTreeMap<String, String>,
+    /// Kinds to which the same is done, but for the fixed kind to which each goes.
+    pub families: Vec<Family>,
     /// A kind that nobody handled and whose poses differ from look to look, with the usual difference in metres.
     pub views: Option<(String, f64)>,
 }
@@ -144,7 +145,7 @@ impl<'r> Motion<'r> {
             least,
             flickers,
             landmarks: BTreeSet::new(),
-            pairs: BTreeMap::new(),
+            families: Vec::new(),
             views,
         };
         let upwards = carried::upright(recording);

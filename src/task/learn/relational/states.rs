@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix3, Vector3};
 
 use super::cluster::{Clustering, FramePrior, Item, near};
-use super::frames::Frames;
+use super::frames::{Frames, Member};
 use super::likelihood::{Likelihood, Spread, Sums};
 use super::motion::{Came, Motion, Rest};
 use super::places::{Group, is_scattered, told_apart};
@@ -37,8 +37,8 @@ pub(super) struct States {
 /// reference if it is near, and an unlikely one if it is far.
 const WORLD_PRIOR: FramePrior = FramePrior { base: -3.0, slope: 0.0, crowd: 0.0, put: 0.0 };
 const FIXED_PRIOR: FramePrior = FramePrior { base: 0.0, slope: 2.0, crowd: 0.0, put: 0.0 };
-/// That of the kind that a kind was divided for: red socks go into the red basket.
-const PAIRED_PRIOR: FramePrior = FramePrior { put: 4.0, ..FIXED_PRIOR };
+/// That of the kind to which a kind of a family goes.
+const HOME_PRIOR: FramePrior = FramePrior { put: 4.0, ..FIXED_PRIOR };
 const MOVING_PRIOR: FramePrior = FramePrior { base: 2.0, slope: 4.0, crowd: 3.0, put: 0.0 };
 /// Distance of the middle of an area in which objects lie about, in its diagonals, beyond which it does not belong to a reference.
 const FAR_AREA: f64 = 1.5;
@@ -74,12 +74,13 @@ pub(super) fn find(motion: &Motion<'_>) -> States {
     let mut lost: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     // The places of each state, with its kind and whether it may be turned.
     let mut all: Vec<(usize, bool, Vec<Group>)> = Vec::new();
+    let mut in_families = frames.families();
     for kind in 0..frames.kinds.len() {
         if !frames.moves[kind] {
             out.fixed.push(frames.kinds[kind].to_string());
             continue;
         }
-        let (groups, turns) = frames.groups(kind);
+        let (groups, turns) = in_families.remove(&kind).unwrap_or_else(|| frames.groups(&[kind]));
         let mut groups = frames.without_nudges(kind, groups);
         let own = frames.without_fallen(&mut groups);
         if !own.is_empty() {
@@ -148,10 +149,50 @@ fn turned(pose: Pose) -> Matrix3<f64> {
 }
 
 impl Frames<'_, '_> {
-    /// Clusters the rests of a kind.
-    fn groups(&self, kind: usize) -> (Vec<Group>, bool) {
+    /// Clusters the rests of families of kinds, those of a family together.
+    fn families(&self) -> BTreeMap<usize, (Vec<Group>, bool)> {
+        let index = |name: &String| self.kinds.binary_search_by(|kind| (**kind).cmp(name)).ok();
+        let mut all = BTreeMap::new();
+        for family in &self.motion.families {
+            let members = family.iter().filter_map(|(own, home)| index(own).zip(index(home)));
+            let family = members.filter(|(own, home)| self.moves[*own] && !self.moves[*home]);
+            let family: Vec<Member> = family.collect();
+            let kinds: Vec<usize> = family.iter().map(|(kind, _)| *kind).collect();
+            let mut as_one = self.clone();
+            as_one.family.clone_from(&family);
+            let (groups, turns) = as_one.groups(&kinds);
+            for (kind, home) in &family {
+                let own = groups
+                    .iter()
+                    .filter_map(|group| self.member(group, *kind, [family[0].1, *home]));
+                all.insert(*kind, (own.collect(), turns));
+            }
+        }
+        all
+    }
+
+    /// Returns the rests of a kind in a group of several, with these two kinds changing places; `None` without any.
+    fn member(&self, group: &Group, kind: usize, [first, home]: [usize; 2]) -> Option<Group> {
+        let own = |rest: &usize| self.motion.kind(&self.motion.rests[*rest]) == &*self.kinds[kind];
+        let rests: Vec<usize> = group.rests.iter().copied().filter(own).collect();
+        let share = rests.len() as f64 / group.rests.len() as f64;
+        let mut scores: Vec<f64> = group.scores.iter().map(|score| score * share).collect();
+        scores.swap(first + 1, home + 1);
+        let frame = match group.frame {
+            frame if frame == first + 1 => home + 1,
+            frame if frame == home + 1 => first + 1,
+            frame => frame,
+        };
+        let (evidence, stacked) = (group.evidence * share, group.stacked);
+        (!rests.is_empty()).then_some(Group { rests, frame, scores, evidence, stacked })
+    }
+
+    /// Clusters the rests of some kinds as those of one.
+    fn groups(&self, kinds: &[usize]) -> (Vec<Group>, bool) {
+        let own =
+            |rest: &Rest| kinds.iter().any(|kind| self.motion.kind(rest) == &*self.kinds[*kind]);
         let rests: Vec<usize> = (0..self.motion.rests.len())
-            .filter(|r| self.motion.kind(&self.motion.rests[*r]) == &*self.kinds[kind])
+            .filter(|r| own(&self.motion.rests[*r]))
             .filter(|r| !self.carried_from.contains_key(r))
             .collect();
         let frames = self.kinds.len() + 1;
@@ -159,11 +200,11 @@ impl Frames<'_, '_> {
             .iter()
             .map(|r| Item { frames: (0..frames).map(|f| self.sums(*r, f)).collect() })
             .collect();
-        let pair = self.motion.pairs.get(&*self.kinds[kind]).map(String::as_str);
+        let home = self.family.first().map(|(_, home)| *home);
         let priors: Vec<FramePrior> = (0..frames)
             .map(|f| match f.checked_sub(1) {
                 None => WORLD_PRIOR,
-                Some(kind) if pair == Some(&*self.kinds[kind]) => PAIRED_PRIOR,
+                Some(kind) if home == Some(kind) => HOME_PRIOR,
                 Some(kind) if self.moves[kind] => MOVING_PRIOR,
                 Some(_) => FIXED_PRIOR,
             })
