@@ -2,7 +2,7 @@
 //!
 //! Starting from single rests, the two clusters whose union raises the posterior most are merged until no union raises
 //! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. What was found and
-//! what was put somewhere is evidence: each cluster has its own unknown share of found objects. It also shows where to
+//! what was put somewhere is evidence: each cluster has its own unknown share of found objects, of those that were taken. It also shows where to
 //! start: objects that were found are merged first, and so are those that were put. All are also merged at once, and the
 //! likelier result is taken. Single rests move to other clusters while this raises the posterior. Rigid motions keep volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
 //! of frames. Of more than [`MOST`] rests, an even sample is clustered, and the others join the clusters in which they
@@ -104,21 +104,21 @@ impl Clustering<'_> {
 
     /// Returns the best frame and the posterior of a cluster with these sums.
     pub fn score(&self, n: usize, frames: &[Option<Sums>]) -> (usize, f64) {
-        let (mut best, mut found) = ((0, f64::NEG_INFINITY), 0.0);
+        let (mut best, mut found, mut put) = ((0, f64::NEG_INFINITY), 0.0, 0.0);
         // The prior tells frames apart. It is no cost of a cluster.
         let mut likeliest = f64::NEG_INFINITY;
         for (f, sums) in frames.iter().enumerate() {
             let Some(sums) = sums else { continue };
             likeliest = likeliest.max(self.prior(f, n, sums));
             let score = self.score_in(f, n, sums);
-            found = sums.found;
+            (found, put) = (sums.found, sums.put);
             if score > best.1 + 1e-9 {
                 best = (f, score);
             }
         }
         let n = n as f64;
         // A uniform prior of the share of found objects integrates out.
-        let origins = ln_gamma(found + 1.0) + ln_gamma(n - found + 1.0) - ln_gamma(n + 2.0);
+        let origins = ln_gamma(found + 1.0) + ln_gamma(put + 1.0) - ln_gamma(found + put + 2.0);
         (best.0, best.1 - likeliest + origins + ln_gamma(n) + CONCENTRATION)
     }
 
@@ -176,11 +176,13 @@ impl Clustering<'_> {
 
     fn merge(&self, sample: &[usize]) -> Vec<Cluster> {
         let singles = sample.iter().map(|i| self.single(*i));
-        let is_found = |c: &Cluster| c.frames.iter().flatten().any(|sums| sums.found > 0.0);
-        let (found, put): (Vec<Cluster>, Vec<Cluster>) = singles.partition(is_found);
-        let at_once = self.agglomerate([&found[..], &put[..]].concat());
-        let mut parts = self.agglomerate(found);
-        parts.extend(self.agglomerate(put));
+        let is = |c: &Cluster, of: fn(&Sums) -> f64| c.frames.iter().flatten().any(|s| of(s) > 0.0);
+        let (found, others): (Vec<Cluster>, Vec<Cluster>) =
+            singles.partition(|c| is(c, |sums| sums.found));
+        let (put, left): (Vec<Cluster>, Vec<Cluster>) =
+            others.into_iter().partition(|c| is(c, |sums| sums.put));
+        let at_once = self.agglomerate([&found[..], &put[..], &left[..]].concat());
+        let parts = [self.agglomerate(found), self.agglomerate(put), left].concat();
         [at_once, self.agglomerate(parts)]
             .map(|clusters| self.moved(clusters))
             .into_iter()

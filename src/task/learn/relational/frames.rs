@@ -392,7 +392,9 @@ impl<'m, 'r> Frames<'m, 'r> {
             choices: (choices as f64).ln(),
             far,
             crowded,
-            found: f64::from(own.came == Came::Found),
+            // What was found and left may lie about, or be where the others were put.
+            found: f64::from(own.came == Came::Found && self.motion.following(rest).is_some()),
+            put: f64::from(own.came != Came::Found),
             noise: seen * noise.position_m.powi(2),
             noise_rad: seen * noise.angle_rad.powi(2),
             explained_rad: 0.0,

@@ -82,8 +82,10 @@ pub(super) struct Sums {
     pub far: f64,
     /// Number of poses to which another object that moves is nearer than the reference.
     pub crowded: f64,
-    /// Number of poses in which objects were found, not put.
+    /// Number of poses in which objects were found and from which they were taken.
     pub found: f64,
+    /// Number of poses in which objects were put.
+    pub put: f64,
     /// Sum of the variances of a coordinate by noise of sensing, of the object and of its reference, in square metres.
     pub noise: f64,
     /// The same of an angle about one axis, in square radians.
@@ -117,6 +119,7 @@ impl Sums {
             far: self.far + other.far,
             crowded: self.crowded + other.crowded,
             found: self.found + other.found,
+            put: self.put + other.put,
             noise: self.noise + other.noise,
             noise_rad: self.noise_rad + other.noise_rad,
             explained_rad: self.explained_rad + other.explained_rad,

@@ -269,6 +269,12 @@ impl<'r> Motion<'r> {
         ((before.demo, before.track) == (now.demo, now.track)).then_some(rest - 1)
     }
 
+    /// Returns the rest of the same track after a rest.
+    pub fn following(&self, rest: usize) -> Option<usize> {
+        let next = rest + 1;
+        (next < self.rests.len()).then_some(next).filter(|next| self.previous(*next) == Some(rest))
+    }
+
     /// Returns the indices of the attempts of a demonstration.
     fn attempts_of(&self, demo: usize) -> Range<usize> {
         let first = self.attempts.partition_point(|a| a.demo < demo);
