@@ -298,16 +298,17 @@ impl Ends<'_, '_> {
     /// all the others end so: what is not always there is put where it belongs when it is. What was there once and was put into or
     /// onto something belongs there; elsewhere it may have been in the way.
     fn quantity_where_present(&self, state: usize) -> Option<(Quantity, usize, usize)> {
-        let kind = &self.found.states[state].kind;
-        let (mut of, mut held, mut gained) = (0, 0, 0);
+        let FrameState { kind, origin, frame, places, .. } = &self.found.states[state];
+        let (mut of, mut held, mut gained, mut may) = (0, 0, 0, 0);
         for (d, end) in &self.last {
             let present = self.of_kind(*d, kind).count();
             let count = end.iter().flatten().filter(|fact| fact.state == state).count();
             of += usize::from(present > 0);
             held += usize::from(present > 0 && count >= present);
             gained += usize::from(count > 0 && self.counts(state, *d).any(|was| was < count));
+            // What lay there from the start left nothing to do.
+            may += usize::from(count > 0 && *origin == Origin::Placed);
         }
-        let FrameState { frame, places, .. } = &self.found.states[state];
         let aside = |place: &Place| {
             let at = place.pose().position;
             (0..3)
@@ -318,7 +319,9 @@ impl Ends<'_, '_> {
         let onto = *frame != Frame::World && places.iter().all(|p| aside(p) < ONTO_M * ONTO_M);
         let least = if onto { 1 } else { least_support(self.last.len()).max(2) };
         let optional = of < self.last.len() && of >= least;
-        (optional && held.min(gained) >= enough(of)).then_some((Quantity::EachObject, held, of))
+        let brought = gained >= enough(of) || 2 * gained > of && may >= enough(of);
+        let goal = optional && held >= enough(of) && brought;
+        goal.then_some((Quantity::EachObject, held, of))
     }
 
     /// Returns how many objects have to be in a state, and how many of all demonstrations end so; `None` if it is no goal of all.
