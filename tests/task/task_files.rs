@@ -106,6 +106,24 @@ fn two_drawers_are_opened_filled_and_closed() {
 }
 
 #[test]
+fn grasps_that_close_on_nothing_are_told_and_left_out() {
+    // Its handle is off the origin of its frame, about which `around` turns.
+    let drawers = task(DRAWERS);
+    let told = drawers.empty_grasps().expect("a scene");
+    let [told] = &told[..] else { panic!("{told:?}") };
+    assert!(told.starts_with("parts[0].grasps[0]: 3 of 4 grasps close on nothing"), "{told}");
+    let seen = scene(&drawers, 1);
+    let grasps = drawers.grasps(&seen.sensed(), 0);
+    let [x, y, _] = seen.part(0).expect("a drawer").position;
+    let far = grasps.iter().map(|grasp| (grasp.at[0] - x).hypot(grasp.at[1] - y));
+    assert_eq!(far.clone().count(), 2, "one grasp, with either sense of closing");
+    assert!(far.into_iter().all(|m| (m - 0.075).abs() < 1e-9));
+    for text in [LID, DRAWER, CUP, JIG, TABLE, TOWER, FLANGE, SORTING] {
+        assert_eq!(task(text).empty_grasps().expect("a scene"), [""; 0]);
+    }
+}
+
+#[test]
 fn a_cup_is_turned_over_where_it_stands() {
     let cup = task(CUP);
     for seed in 0..3 {

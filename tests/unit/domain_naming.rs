@@ -117,6 +117,53 @@ fn what_lies_above_another_is_not_on_the_thing_below() {
 }
 
 #[test]
+fn each_of_two_drawers_is_closed_where_it_is_closed() {
+    use crate::task::domain::{Coordinate, Frame, FrameState, Place, RelationalOperator, Turn};
+    let at = |x: f64, y: f64| FrameState {
+        name: String::new(),
+        kind: "drawer".into(),
+        frame: Frame::Kind("cabinet".into()),
+        places: vec![Place {
+            coordinates: [x, y, 0.01].map(|mean| Coordinate::Tight { mean, sd: 1e-4 }),
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            count: 5,
+        }],
+        turn: Turn::Free,
+        turn_matters: false,
+        origin: Origin::Placed,
+        count: 5,
+        any_coordinate: false,
+    };
+    let slides = |from: usize, to: usize| RelationalOperator {
+        name: String::new(),
+        from: vec![from],
+        to,
+        needs: Vec::new(),
+        order: Vec::new(),
+        side_effects: Vec::new(),
+        displacement: None,
+        instances: 5,
+        never_seen: Vec::new(),
+    };
+    let said = |moves: &[[usize; 2]]| -> Vec<String> {
+        let mut states = [at(0.0, 0.045), at(0.085, 0.045), at(0.0, -0.045), at(0.085, -0.045)];
+        let mut operators: Vec<_> = moves.iter().map(|[from, to]| slides(*from, *to)).collect();
+        let words = name_all(&mut states, &mut operators, &[], &[]);
+        states.iter().map(|state| words[&state.name].clone()).collect()
+    };
+    let own = [
+        "a drawer is closed, 45 mm along y",
+        "a drawer is open, 45 mm along y",
+        "a drawer is closed, -45 mm along y",
+        "a drawer is open, -45 mm along y",
+    ];
+    assert_eq!(said(&[[0, 1], [1, 0], [2, 3], [3, 2]]), own);
+    // One that goes to all four places has one track.
+    let one = said(&[[0, 1], [1, 2], [2, 3]]);
+    assert_eq!(one.iter().filter(|words| words.contains("closed")).count(), 1, "{one:?}");
+}
+
+#[test]
 fn a_part_in_a_box_on_another_face_is_not_said_to_be_in_its_start_area() {
     use crate::task::domain::{Fact, RelationalDomain};
     use crate::task::recording::ObjectPose;

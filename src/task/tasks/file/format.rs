@@ -210,7 +210,7 @@ pub struct GraspData {
     /// hand may also come from the side, but not from behind the part.
     #[serde(default = "steep_deg", skip_serializing_if = "is_steep")]
     pub most_deg: f64,
-    /// Repetition about an axis; no repetition if it is left out.
+    /// Repetition about an axis; no repetition if it is left out. Turns at which the fingers close on nothing are left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub around: Option<Around>,
 }
@@ -219,7 +219,7 @@ pub struct GraspData {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Around {
-    /// Direction of the axis.
+    /// Direction of the axis, which goes through the origin of the body's frame.
     pub axis: [f64; 3],
     /// Number of equally spaced turns, 1 to 48.
     pub times: u32,
