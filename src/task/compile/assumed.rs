@@ -54,7 +54,8 @@ pub(crate) fn is_loose(domain: &RelationalDomain, object: &ObjectPose) -> bool {
 }
 
 /// Returns whether an object lies as high, give or take `most_m`, as in some place from which actions take its kind: what lies in a
-/// bowl, say, is higher than what lies beside it. Places in the frame of an object count from that object.
+/// bowl, say, is higher than what lies beside it. Places in the frame of an object count from that object. Parts of one divided kind
+/// lie as high as each other: a red shirt in a white basket as a blue one does.
 pub(crate) fn lies_as_high(
     domain: &RelationalDomain,
     layout: &Layout,
@@ -63,13 +64,13 @@ pub(crate) fn lies_as_high(
 ) -> bool {
     let own = &layout.objects[object];
     let left = domain.operators.iter().flat_map(|o| &o.from).map(|state| &domain.states[*state]);
-    let mut states = left.filter(|state| *state.kind == *own.kind);
+    let mut states = left.filter(|state| domain.are_alike(&state.kind, &own.kind));
     states.any(|state| {
         let from: Vec<f64> = match state.frame.kind() {
             None => vec![0.0],
             Some(kind) => {
                 let all = layout.objects.iter().enumerate();
-                let all = all.filter(|(i, o)| *i != object && *o.kind == *kind);
+                let all = all.filter(|(i, o)| *i != object && domain.are_alike(&o.kind, kind));
                 all.map(|(_, o)| o.pose.position[UP]).collect()
             }
         };

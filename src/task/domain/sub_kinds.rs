@@ -179,4 +179,10 @@ impl RelationalDomain {
     pub fn divide(&self, scene: &mut Snapshot, attributes: &Attributes) -> Vec<Undivided> {
         divide(&self.sub_kinds, scene, attributes, 0)
     }
+
+    /// Returns whether two kinds are the same, or parts of one kind.
+    pub(crate) fn are_alike(&self, one: &str, other: &str) -> bool {
+        let has = |divided: &SubKinds, kind: &str| divided.of.iter().any(|part| part.name == kind);
+        one == other || self.sub_kinds.iter().any(|own| has(own, one) && has(own, other))
+    }
 }
