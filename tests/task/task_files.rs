@@ -112,6 +112,7 @@ fn grasps_that_close_on_nothing_are_told_and_left_out() {
     let told = drawers.empty_grasps().expect("a scene");
     let [told] = &told[..] else { panic!("{told:?}") };
     assert!(told.starts_with("parts[0].grasps[0]: 3 of 4 grasps close on nothing"), "{told}");
+    assert!(told.contains("`around`"), "{told}");
     let seen = scene(&drawers, 1);
     let grasps = drawers.grasps(&seen.sensed(), 0);
     let [x, y, _] = seen.part(0).expect("a drawer").position;

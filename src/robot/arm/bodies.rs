@@ -85,11 +85,15 @@ pub(crate) fn hand_outline(
     std::iter::once((hand * hand_middle(), hand_shape(0.0))).chain(fingers)
 }
 
-/// Returns the space between the fingers and its frame, with the end effector at `tool`.
+/// Distance from the space between the fingers within which a part may still be in it, by errors of sensing, in metres.
+const BETWEEN_M: f64 = 2e-3;
+
+/// Returns the space between the fingers, a little enlarged, and its frame, with the end effector at `tool`.
 pub(crate) fn between_fingers(tool: &Frame, opening: f64) -> (Frame, SharedShape) {
     let half_m = FINGER_LENGTH_M / 2.0;
     let middle = Frame::from_translation(Vector::new(0.0, 0.0, FINGER_TIP_M - half_m));
-    (*tool * middle, SharedShape::cuboid(PAD_HALF_WIDTH_M, opening, half_m))
+    let [x, y, z] = [PAD_HALF_WIDTH_M, opening, half_m].map(|half| half + BETWEEN_M);
+    (*tool * middle, SharedShape::cuboid(x, y, z))
 }
 
 /// Returns the shapes of the link that moves with a joint, in the link's frame. The last link includes the

@@ -52,14 +52,14 @@ struct Division {
     parts: Vec<(String, SubKind)>,
 }
 
-/// The parts of a kind, each with the part of a fixed kind to which its objects go: red socks with red baskets.
+/// The parts of a kind, each with its home, the part of a fixed kind to which its objects go: red socks with red baskets.
 pub(super) type Family = BTreeMap<String, String>;
 
 /// The kinds to divide.
 #[derive(Default)]
 pub(super) struct Divisions {
     pub kinds: Vec<SubKinds>,
-    /// For each kind whose parts go to parts of fixed kinds: the parts whose objects were all put beside one part, each with that.
+    /// The families of at least two parts.
     pub families: Vec<Family>,
     /// A remark on each kind that would be divided but for some of its objects.
     pub remarks: Vec<Remark>,
@@ -104,7 +104,6 @@ pub(super) fn divisions(recording: &Recording, attributes: &Attributes) -> Divis
         }
     }
     let divided = || all.iter().map(|divided| Some(divided.kind.as_str()));
-    let several = all.len() > 1;
     let mut more = Vec::new();
     for (kind, own) in kinds.iter().filter(|(kind, _)| !moving.contains(*kind)) {
         let received = |to: &usize, of: Option<&str>| {
@@ -115,9 +114,14 @@ pub(super) fn divisions(recording: &Recording, attributes: &Attributes) -> Divis
                 _ => None,
             }
         };
-        let ways = std::iter::once(None).chain(divided().filter(|_| several));
-        let outcomes: Vec<Vec<Option<String>>> =
-            ways.map(|of| own.iter().map(|to| received(to, of)).collect()).collect();
+        let ways = std::iter::once(None).chain(divided());
+        let mut outcomes: Vec<Vec<Option<String>>> = Vec::new();
+        for of in ways {
+            let outcome = own.iter().map(|to| received(to, of)).collect();
+            if !outcomes.contains(&outcome) {
+                outcomes.push(outcome);
+            }
+        }
         let own: Vec<&Case<'_>> = own.iter().map(|index| &cases[*index]).collect();
         more.extend(best(kind, &own, &outcomes, &mut names, &mut remarks));
     }
@@ -497,7 +501,11 @@ fn by_words(counts: &[usize], sizes: &[usize]) -> f64 {
     let (mut chance, mut left) = (1.0_f64, counts.iter().sum::<usize>());
     // What is left is the last outcome.
     for (ways, size) in &all[..all.len().saturating_sub(1)] {
-        chance *= ways / choose(left, *size);
+        let all = choose(left, *size);
+        // Beyond the range of numbers, nothing is known.
+        if ways.is_finite() && all.is_finite() {
+            chance *= ways / all;
+        }
         left -= size;
     }
     chance.min(1.0)

@@ -2,9 +2,9 @@
 //!
 //! Starting from single rests, the two clusters whose union raises the posterior most are merged until no union raises
 //! it. The posterior is the marginal likelihood in the best frame, times a Chinese-restaurant prior. What was found and
-//! what was put somewhere is evidence: each cluster has its own unknown share of found objects, of those that were taken. It also shows where to
-//! start: objects that were found are merged first, and so are those that were put. All are also merged at once, and the
-//! likelier result is taken. Single rests move to other clusters while this raises the posterior. Rigid motions keep volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
+//! what was put somewhere is evidence: each cluster has its own unknown share of found objects. What was found and never
+//! taken says nothing of it. It also shows where to start: objects that were found and taken are merged first, and so are
+//! those that were put. All are also merged at once, and the likelier result is taken. Single rests move to other clusters while this raises the posterior. Rigid motions keep volumes, so densities in different frames can be compared. Cost: the square of the number of rests, times the number
 //! of frames. Of more than [`MOST`] rests, an even sample is clustered, and the others join the clusters in which they
 //! are most likely.
 
@@ -28,7 +28,7 @@ pub(super) struct FramePrior {
     pub slope: f64,
     /// Loss if another object that moves is always nearer.
     pub crowd: f64,
-    /// Gain if all objects were put there.
+    /// Gain, less the share of objects that were found and taken.
     pub put: f64,
 }
 

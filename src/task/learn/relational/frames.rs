@@ -17,7 +17,7 @@ const PART_M: f64 = 0.04;
 /// Distance up to which two places are the same, in metres.
 const SAME_M: f64 = 5e-3;
 
-/// A kind of a family, and the fixed kind to which it goes.
+/// A kind of a family, and its home, the fixed kind to which it goes.
 pub(super) type Member = (usize, usize);
 
 /// The frames of a recording. Frame 0 is the world, frame `k + 1` belongs to kind `k`.
@@ -38,7 +38,7 @@ pub(super) struct Frames<'m, 'r> {
     pub carried_to: BTreeMap<usize, usize>,
     /// The kinds that are no part of the task, although they move: another hand moved them.
     pub moved_by_others: Vec<usize>,
-    /// Kinds that are looked at as one, if any: that to which each goes changes places with that to which the first goes.
+    /// Kinds that are looked at as one, if any: seen from each, its home changes places with that of the first.
     pub family: Vec<Member>,
 }
 
@@ -393,7 +393,7 @@ impl<'m, 'r> Frames<'m, 'r> {
             far,
             crowded,
             // What was found and left may lie about, or be where the others were put.
-            found: f64::from(own.came == Came::Found && self.motion.following(rest).is_some()),
+            found: f64::from(own.came == Came::Found && self.motion.is_taken(rest)),
             put: f64::from(own.came != Came::Found),
             noise: seen * noise.position_m.powi(2),
             noise_rad: seen * noise.angle_rad.powi(2),

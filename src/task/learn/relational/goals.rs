@@ -60,7 +60,7 @@ struct Ends<'m, 'r> {
     last: Vec<(usize, Situation)>,
     /// Number of demonstrations that have to end with a term fulfilled.
     enough: usize,
-    /// States that are one of several by which a condition of an action is met, of which no demonstration ends in two.
+    /// States that are one of several by which a condition of an action is met, unless demonstrations end with others of them, too.
     alternatives: BTreeSet<usize>,
     /// States that an action achieves, which serve no other action.
     final_states: BTreeSet<usize>,
@@ -72,6 +72,8 @@ struct Ends<'m, 'r> {
 
 /// Share of the demonstrations that have to bring objects to a state in which the others found them: one in so many.
 const BROUGHT: usize = 3;
+/// Number of demonstrations that end with several ways to meet a condition from which these are no choice.
+const TOGETHER: usize = 2;
 /// Probability up to which it was no chance that several references got as many objects each.
 const CHANCE: f64 = 0.01;
 /// Distance from the middle of a reference, aside, up to which a part that was there once was put into or onto it, in metres.
@@ -118,12 +120,16 @@ pub(super) fn goals(
     };
     let unknown = last.iter().map(|(d, end)| lost(*d, end)).collect();
     let needs = operators.iter().flat_map(|operator| &operator.needs);
-    let either = needs.filter(|need| {
-        let ended = |end: &Situation, state| end.iter().flatten().any(|fact| fact.state == state);
-        let several = |end: &Situation| need.states().filter(|s| ended(end, *s)).count() > 1;
-        !need.or.is_empty() && !last.iter().any(|(_, end)| several(end))
-    });
-    let alternatives = either.flat_map(|need| need.states()).collect();
+    let ends_with = |end: &Situation, state| end.iter().flatten().any(|fact| fact.state == state);
+    let alone = |need: &Need, state: usize| {
+        let with_another = |end: &Situation| {
+            ends_with(end, state) && need.states().any(|s| s != state && ends_with(end, s))
+        };
+        last.iter().filter(|(_, end)| with_another(end)).count() < TOGETHER
+    };
+    let either = needs.filter(|need| !need.or.is_empty());
+    let alternatives =
+        either.flat_map(|need| need.states().filter(|state| alone(need, *state))).collect();
     let up = motion.up();
     let final_states = final_states(operators);
     let ends = Ends { motion, found, last, enough, alternatives, final_states, unknown, up };
@@ -295,7 +301,8 @@ impl Ends<'_, '_> {
     }
 
     /// Returns the term that every object of a state's kind is in the state, if the kind is missing from some demonstrations and
-    /// all the others end so: what is not always there is put where it belongs when it is. What was there once and was put into or
+    /// all the others end so: what is not always there is put where it belongs when it is. Most must have brought it there; in the
+    /// others it may have lain there from the start. What was there once and was put into or
     /// onto something belongs there; elsewhere it may have been in the way.
     fn quantity_where_present(&self, state: usize) -> Option<(Quantity, usize, usize)> {
         let FrameState { kind, origin, frame, places, .. } = &self.found.states[state];

@@ -269,10 +269,12 @@ impl<'r> Motion<'r> {
         ((before.demo, before.track) == (now.demo, now.track)).then_some(rest - 1)
     }
 
-    /// Returns the rest of the same track after a rest.
-    pub fn following(&self, rest: usize) -> Option<usize> {
+    /// Returns whether an object rests elsewhere after a rest, or is seen no more.
+    pub fn is_taken(&self, rest: usize) -> bool {
+        let own = &self.rests[rest];
         let next = rest + 1;
-        (next < self.rests.len()).then_some(next).filter(|next| self.previous(*next) == Some(rest))
+        let again = next < self.rests.len() && self.previous(next) == Some(rest);
+        again || self.last(own.demo).is_some_and(|last| own.last < last)
     }
 
     /// Returns the indices of the attempts of a demonstration.

@@ -91,18 +91,20 @@ pub(super) fn empty(
 ) -> Option<String> {
     let ways =
         family.tilts_deg.iter().flat_map(|tilt| family.openings_m.iter().map(move |m| (tilt, m)));
-    let (mut of, mut empty) = (0, 0);
-    for [grasp, _] in ways.flat_map(|(tilt, opening_m)| turns(family, *tilt, *opening_m, frame)) {
-        of += 1;
-        empty += usize::from(!holds(&grasp, scene, part));
-    }
-    let why = match family.around {
-        Some(around) if around.times > 1 => {
-            "; `around` turns about an axis through the origin of the part's frame"
+    let (mut of, mut empty, mut first) = (0, 0, false);
+    for (tilt, opening_m) in ways {
+        for (turn, [grasp, _]) in turns(family, *tilt, *opening_m, frame).enumerate() {
+            let holds = holds(&grasp, scene, part);
+            first |= holds && turn == 0;
+            of += 1;
+            empty += usize::from(!holds);
         }
-        _ => "",
+    }
+    let why = match first && family.around.is_some() {
+        true => "`around` turns about an axis through the origin of the part's frame",
+        false => "none of the part is between the fingers there",
     };
-    (empty > 0).then(|| format!("{empty} of {of} grasps close on nothing and are left out{why}"))
+    (empty > 0).then(|| format!("{empty} of {of} grasps close on nothing and are not used: {why}"))
 }
 
 /// Returns the grasps of a family for a part at `frame`: for each turn about the axis of `around`, both senses of

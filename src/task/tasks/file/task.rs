@@ -68,8 +68,8 @@ impl DataTask {
         &self.0.file
     }
 
-    /// Returns the families of grasps that close on nothing at some turn of `around`, in words that name the field. The
-    /// robot leaves such grasps out. Costs a scene.
+    /// Returns the families of grasps of which some close on nothing, at some turn, tilt or opening, in words that name the
+    /// field. The robot does not use these. Looks at the first part of each kind in the scene of seed 0.
     ///
     /// # Errors
     /// As [`scene`](Task::scene).
