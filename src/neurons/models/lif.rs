@@ -55,8 +55,16 @@ impl Default for Lif {
     }
 }
 
-/// Longest tick, in membrane time constants. Up to it, the series of the decay is accurate to 1e-6.
+/// Longest tick, in membrane time constants.
 const MAX_TICK: f64 = 0.25;
+
+/// `1 - exp(-z)` as a polynomial in z, from the first power on. Of all such polynomials it has the least relative error for z
+/// from 0 to [`MAX_TICK`], which is 2.4e-7.
+const DECAY: [Real; 4] = [0.999_999_76, -0.499_969_32, 0.166_055_1, -0.037_709_99];
+
+/// `-ln(1 - x)` as a polynomial in x, likewise, for x from 0 to the decay of [`MAX_TICK`] (error 3.0e-7). A neuron that fires is
+/// no further above its threshold than by this share of its current above it.
+const SINCE: [Real; 5] = [1.000_000_3, 0.499_932_95, 0.335_684_29, 0.221_773_77, 0.331_025_04];
 
 /// The firing rate at a constant current: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))` for J above 1, and otherwise 0.
 fn rate<T: NdFloat>(current: T, tau_rc: T, tau_ref: T) -> T {
@@ -88,8 +96,14 @@ impl Lif {
     #[inline(always)]
     pub(super) fn tick(&self, dt: Real) -> Tick {
         let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
-        let (amplitude, floor) = (self.amplitude as Real, self.min_voltage as Real);
-        Tick { dt, tau_rc, tau_ref, per_tau: (1.0 / self.tau_rc_s) as Real, amplitude, floor }
+        Tick {
+            dt,
+            tau_rc,
+            rest_s: tau_ref + dt,
+            per_tau: (1.0 / self.tau_rc_s) as Real,
+            amplitude: self.amplitude as Real,
+            floor: self.min_voltage as Real,
+        }
     }
 
     /// Steps one neuron by `dt_s` seconds at a constant current, in double precision and without series: the reference for
@@ -222,7 +236,8 @@ impl NeuronModel for Lif {
 pub(super) struct Tick {
     dt: Real,
     tau_rc: Real,
-    tau_ref: Real,
+    /// Refractory period and tick.
+    rest_s: Real,
     per_tau: Real,
     amplitude: Real,
     /// Least voltage.
@@ -255,22 +270,23 @@ impl Tick {
     /// a spike if it fires, else 0. Without branches.
     #[inline(always)]
     pub fn step(&self, c: Real, v: &mut Real, r: &mut Real) -> Real {
-        let Self { dt, tau_rc, tau_ref, per_tau, amplitude, floor } = *self;
+        let Self { dt, tau_rc, rest_s, per_tau, amplitude, floor } = *self;
         let left = *r - dt;
         let free = dt - left;
         let free = if free < dt { free } else { dt };
         let z = if free > 0.0 { free } else { 0.0 } * per_tau;
-        // The series of 1 - exp(-z); z is at most MAX_TICK.
-        let decay =
-            z * (1.0 - z * 0.5 * (1.0 - z * (1.0 / 3.0) * (1.0 - z * 0.25 * (1.0 - z * 0.2))));
+        // Both polynomials are cut in halves, which do not wait for each other.
+        let [d1, d2, d3, d4] = DECAY;
+        let decay = z * ((d1 + d2 * z) + z * z * (d3 + d4 * z));
         let next = *v + (c - *v) * decay;
-        // The time since the spike is -tau_rc ln(1 - (v - 1) / (J - 1)); `log` is the series without tau_rc.
-        let over = (next - 1.0) / (c - 1.0);
-        let tail = 1.0 / 4.0 + over * (1.0 / 5.0 + over * (1.0 / 6.0 + over * (1.0 / 7.0)));
-        let log = over * (1.0 + over * (1.0 / 2.0 + over * (1.0 / 3.0 + over * tail)));
+        // The reciprocal does not wait for the decay. Where it is infinite, no neuron fires.
+        let over = (next - 1.0) * (1.0 / (c - 1.0));
+        let [l1, l2, l3, l4, l5] = SINCE;
+        let square = over * over;
+        let since = over * ((l1 + l2 * over) + square * ((l3 + l4 * over) + square * l5));
         let spike = next > 1.0;
         let resting = if left > 0.0 { left } else { 0.0 };
-        *r = if spike { tau_ref + dt - tau_rc * log } else { resting };
+        *r = if spike { rest_s - tau_rc * since } else { resting };
         let silent = if next > floor { next } else { floor };
         *v = if spike { 0.0 } else { silent };
         if spike { amplitude } else { 0.0 }
