@@ -44,7 +44,13 @@ impl<'a> Work<'a> {
     /// neurons without padding.
     #[inline(always)]
     pub(super) fn split<'o>(&self, out: &'o mut [Real]) -> (&'o mut [Real], &'o mut [Real]) {
-        out.split_at_mut(self.values.len() / self.shape.dims * self.shape.outputs)
+        out.split_at_mut(self.decoded())
+    }
+
+    /// Number of decoded values.
+    #[inline(always)]
+    pub(super) fn decoded(&self) -> usize {
+        self.values.len() / self.shape.dims * self.shape.outputs
     }
 
     /// Returns the random numbers of a block, which begins with a neuron of these ensembles.
