@@ -6,11 +6,15 @@ use super::*;
 use crate::neurons::draw::on_sphere;
 use crate::neurons::models::Lif;
 
-/// Three ensembles of 50 neurons: in one dimension all fire only above 0.1, in two dimensions their encoders are
-/// random directions.
+/// Three ensembles of 50 neurons.
 fn bank(dims: usize) -> Bank {
+    bank_of(50, dims)
+}
+
+/// Three ensembles: in one dimension all neurons fire only above 0.1, in two dimensions their encoders are random directions.
+fn bank_of(count: usize, dims: usize) -> Bank {
     let lif = Lif::default();
-    let shape = Shape { ensembles: 3, neurons: 50, dims, outputs: dims, hadamard: false };
+    let shape = Shape { ensembles: 3, neurons: count, dims, outputs: dims, hadamard: false };
     let draft = |_, seed: Seed| {
         let mut rng = seed.rng();
         let encoder = |rng: &mut rand_chacha::ChaCha8Rng, out: &mut [f64]| {
@@ -18,7 +22,8 @@ fn bank(dims: usize) -> Bank {
         };
         let low = if dims == 1 { 0.1 } else { -0.9 };
         let intercept = |rng: &mut rand_chacha::ChaCha8Rng| low + 0.8 * rng.random::<f64>();
-        let neurons = Neurons::draw(&lif, (50, dims), 200.0..=400.0, &mut rng, encoder, intercept)?;
+        let neurons =
+            Neurons::draw(&lif, (count, dims), 200.0..=400.0, &mut rng, encoder, intercept)?;
         let values: Vec<f64> = (0..200 * dims).map(|_| rng.random::<f64>() - 0.5).collect();
         let points = Points { wanted: values.clone(), values, outputs: dims };
         Ok(Draft { neurons, radius: 1.0, points })
@@ -34,17 +39,37 @@ fn built(shape: Shape, draft: impl Fn(usize, Seed) -> Result<Draft, TuningError>
 
 /// Outputs and states of a bank over 300 ticks: driven, silenced, driven again.
 fn trace(bank: &Bank) -> Vec<u32> {
+    trace_and_tell(bank, 0)
+}
+
+/// As [`trace`], while the activity of so many neurons is asked for.
+fn trace_and_tell(bank: &Bank, told: usize) -> Vec<u32> {
     let dims = bank.shape().dims;
-    let (mut state, mut out) = (vec![0.0; bank.state_of(3)], vec![0.0; 3 * dims]);
+    let (mut state, mut out) = (vec![0.0; bank.state_of(3)], vec![0.0; 3 * dims + told]);
     let mut all = Vec::new();
     for tick in 0..300 {
         let open = if (100..200).contains(&tick) { 0.0 } else { 1.0 };
         let at = |i: usize| (0.05 * tick as Real + i as Real).sin() * 0.7;
         let values: Vec<Real> = (0..3 * dims).map(at).collect();
         bank.step(0, (&values, open), &mut state, &mut out);
-        all.extend(out.iter().chain(&state).map(|v| v.to_bits()));
+        all.extend(out[..3 * dims].iter().chain(&state).map(|v| v.to_bits()));
     }
     all
+}
+
+#[test]
+fn ensembles_whose_activity_is_asked_for_have_the_bits_of_those_of_the_plain_loop() {
+    // Less than one block of neurons, one and a half, and three.
+    for neurons in [50, 200, 384] {
+        let bank = bank_of(neurons, 1);
+        let plain = trace(&bank);
+        assert!(plain == trace_and_tell(&bank, 3 * neurons), "{neurons} neurons");
+        assert!(plain.iter().filter(|bits| **bits != 0).count() > 1_000);
+        // The wrong variant: a neuron of the last block has another decoder.
+        let mut wrong = bank;
+        Arc::make_mut(&mut wrong.solved).decoders[neurons - 1] += 1e-3;
+        assert!(plain != trace_and_tell(&wrong, 3 * neurons), "{neurons} neurons");
+    }
 }
 
 #[test]

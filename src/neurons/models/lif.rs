@@ -222,9 +222,9 @@ impl NeuronModel for Lif {
         if self.min_voltage < 0.0 { f64::NEG_INFINITY } else { 0.0 }
     }
 
-    /// 15 of the decay, 3 of the voltage, 16 of the moment of a spike, 2 of the refractory time.
+    /// 13 of the decay, 3 of the voltage, 14 of the moment of a spike, 2 of the refractory time.
     fn operations(&self) -> u32 {
-        36
+        32
     }
 
     fn fingerprint(&self, hash: &mut Fingerprint) {
