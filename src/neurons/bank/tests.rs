@@ -65,9 +65,10 @@ fn ensembles_whose_activity_is_asked_for_have_the_bits_of_those_of_the_plain_loo
         let plain = trace(&bank);
         assert!(plain == trace_and_tell(&bank, 3 * neurons), "{neurons} neurons");
         assert!(plain.iter().filter(|bits| **bits != 0).count() > 1_000);
-        // The wrong variant: a neuron of the last block has another decoder.
+        // The wrong variant: the last eight neurons of an ensemble have other decoders.
         let mut wrong = bank;
-        Arc::make_mut(&mut wrong.solved).decoders[neurons - 1] += 1e-3;
+        let decoders = &mut Arc::make_mut(&mut wrong.solved).decoders;
+        decoders[neurons - 8..neurons].iter_mut().for_each(|decoder| *decoder += 1e-3);
         assert!(plain != trace_and_tell(&wrong, 3 * neurons), "{neurons} neurons");
     }
 }

@@ -58,13 +58,29 @@ impl Default for Lif {
 /// Longest tick, in membrane time constants.
 const MAX_TICK: f64 = 0.25;
 
-/// `1 - exp(-z)` as a polynomial in z, from the first power on. Of all such polynomials it has the least relative error for z
-/// from 0 to [`MAX_TICK`], which is 2.4e-7.
-const DECAY: [Real; 4] = [0.999_999_76, -0.499_969_32, 0.166_055_1, -0.037_709_99];
+/// What a step computes with polynomials, from the first power on. Of all such polynomials they have the least relative error.
+struct Polynomials {
+    /// `1 - exp(-z)` in z, for z from 0 to the longest tick.
+    decay: [Real; 4],
+    /// `-ln(1 - x)` in x, for x from 0 to the decay of the longest tick. A neuron that fires is no further above its
+    /// threshold than by this share of its current above it.
+    since: [Real; 5],
+}
 
-/// `-ln(1 - x)` as a polynomial in x, likewise, for x from 0 to the decay of [`MAX_TICK`] (error 3.0e-7). A neuron that fires is
-/// no further above its threshold than by this share of its current above it.
-const SINCE: [Real; 5] = [1.000_000_3, 0.499_932_95, 0.335_684_29, 0.221_773_77, 0.331_025_04];
+/// For ticks up to [`MAX_TICK`]: errors of 2.4e-7 and 3.0e-7.
+const LONG: Polynomials = Polynomials {
+    decay: [0.999_999_76, -0.499_969_32, 0.166_055_1, -0.037_709_99],
+    since: [1.000_000_3, 0.499_932_95, 0.335_684_29, 0.221_773_77, 0.331_025_04],
+};
+
+/// Longest tick of [`SHORT`], in membrane time constants.
+const SHORT_TICK: f64 = 1.0 / 16.0;
+
+/// Errors of 1.0e-9 and 3.1e-10.
+const SHORT: Polynomials = Polynomials {
+    decay: [1.0, -0.499_999_5, 0.166_626_61, -0.040_638_45],
+    since: [1.0, 0.499_999_75, 0.333_366_34, 0.248_496_05, 0.227_570_81],
+};
 
 /// The firing rate at a constant current: `1 / (tau_ref + tau_rc ln(1 + 1 / (J - 1)))` for J above 1, and otherwise 0.
 fn rate<T: NdFloat>(current: T, tau_rc: T, tau_ref: T) -> T {
@@ -96,7 +112,11 @@ impl Lif {
     #[inline(always)]
     pub(super) fn tick(&self, dt: Real) -> Tick {
         let (tau_rc, tau_ref) = (self.tau_rc_s as Real, self.tau_ref_s as Real);
+        let short = f64::from(dt) <= SHORT_TICK * self.tau_rc_s;
+        let Polynomials { decay, since } = if short { SHORT } else { LONG };
         Tick {
+            decay,
+            since,
             dt,
             tau_rc,
             rest_s: tau_ref + dt,
@@ -234,6 +254,8 @@ impl NeuronModel for Lif {
 
 /// The step of one neuron in single precision, with its constants.
 pub(super) struct Tick {
+    decay: [Real; 4],
+    since: [Real; 5],
     dt: Real,
     tau_rc: Real,
     /// Refractory period and tick.
@@ -270,18 +292,18 @@ impl Tick {
     /// a spike if it fires, else 0. Without branches.
     #[inline(always)]
     pub fn step(&self, c: Real, v: &mut Real, r: &mut Real) -> Real {
-        let Self { dt, tau_rc, rest_s, per_tau, amplitude, floor } = *self;
+        let Self { decay, since, dt, tau_rc, rest_s, per_tau, amplitude, floor } = *self;
         let left = *r - dt;
         let free = dt - left;
         let free = if free < dt { free } else { dt };
         let z = if free > 0.0 { free } else { 0.0 } * per_tau;
         // Both polynomials are cut in halves, which do not wait for each other.
-        let [d1, d2, d3, d4] = DECAY;
+        let [d1, d2, d3, d4] = decay;
         let decay = z * ((d1 + d2 * z) + z * z * (d3 + d4 * z));
         let next = *v + (c - *v) * decay;
         // The reciprocal does not wait for the decay. Where it is infinite, no neuron fires.
         let over = (next - 1.0) * (1.0 / (c - 1.0));
-        let [l1, l2, l3, l4, l5] = SINCE;
+        let [l1, l2, l3, l4, l5] = since;
         let square = over * over;
         let since = over * ((l1 + l2 * over) + square * ((l3 + l4 * over) + square * l5));
         let spike = next > 1.0;
