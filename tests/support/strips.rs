@@ -397,7 +397,35 @@ fn cleaner(i: &mut Instance, rng: &mut dyn Rng) {
     order.iter().skip(1).step_by(4).for_each(|place| i.fact(&["bin", place]));
 }
 
-type State = BTreeSet<usize>;
+/// The facts that hold, as bits: a search makes thousands of states.
+#[derive(Clone, Default, PartialEq, Eq, Hash)]
+struct State(Vec<u64>);
+
+impl State {
+    const WORD: usize = u64::BITS as usize;
+
+    fn contains(&self, fact: usize) -> bool {
+        self.0.get(fact / Self::WORD).is_some_and(|word| word >> (fact % Self::WORD) & 1 == 1)
+    }
+
+    /// Makes room for so many facts. States of one world have room for the same.
+    fn make_room(&mut self, facts: usize) {
+        self.0.resize(facts.div_ceil(Self::WORD).max(self.0.len()), 0);
+    }
+
+    fn insert(&mut self, fact: usize) {
+        self.0[fact / Self::WORD] |= 1 << (fact % Self::WORD);
+    }
+
+    fn remove(&mut self, fact: usize) {
+        self.0[fact / Self::WORD] &= !(1 << (fact % Self::WORD));
+    }
+
+    /// Returns the facts in rising order.
+    fn facts(&self) -> impl Iterator<Item = usize> {
+        (0..self.0.len() * Self::WORD).filter(|fact| self.contains(*fact))
+    }
+}
 
 /// An action over objects. Facts are numbers.
 struct Call {
@@ -411,12 +439,12 @@ struct Call {
 impl Call {
     /// Returns the state after the action, or `None` if it is not allowed or changes nothing.
     fn apply(&self, state: &State) -> Option<State> {
-        if self.before.iter().any(|(holds, fact)| state.contains(fact) != *holds) {
+        if self.before.iter().any(|(holds, fact)| state.contains(*fact) != *holds) {
             return None;
         }
         let mut after = state.clone();
-        after.retain(|fact| !self.delete.contains(fact));
-        after.extend(&self.add);
+        self.delete.iter().for_each(|fact| after.remove(*fact));
+        self.add.iter().for_each(|fact| after.insert(*fact));
         (after != *state).then_some(after)
     }
 }
@@ -435,9 +463,13 @@ impl World {
             facts: Vec::new(),
             numbers: HashMap::new(),
             calls: Vec::new(),
-            start: State::new(),
+            start: State::default(),
         };
-        world.start = problem.init.iter().map(|fact| world.number(fact.clone())).collect();
+        for fact in &problem.init {
+            let number = world.number(fact.clone());
+            world.start.make_room(number + 1);
+            world.start.insert(number);
+        }
         let objects: Vec<&Typed> = domain.constants.iter().chain(&problem.objects).collect();
         let touched: BTreeSet<&str> = domain
             .actions
@@ -448,6 +480,7 @@ impl World {
         for (index, action) in domain.actions.iter().enumerate() {
             world.bind((domain, &touched), (index, action), &objects, &mut Vec::new());
         }
+        world.start.make_room(world.facts.len());
         world
     }
 
@@ -487,7 +520,7 @@ impl World {
         let fixed = |literal: &&Literal| !touched.contains(literal.atom.predicate.as_str());
         let impossible = |literal: &Literal| {
             let number = self.numbers.get(&ground(literal));
-            number.is_some_and(|n| self.start.contains(n)) != literal.positive
+            number.is_some_and(|n| self.start.contains(*n)) != literal.positive
         };
         if action.preconditions.iter().filter(complete).filter(fixed).any(impossible) {
             return;
@@ -537,7 +570,7 @@ impl World {
 
     /// Plans by greedy best-first search on the number of open goals.
     fn plan(&self, state: &State, goal: &[usize]) -> Option<Vec<usize>> {
-        let open = |state: &State| goal.iter().filter(|fact| !state.contains(fact)).count();
+        let open = |state: &State| goal.iter().filter(|fact| !state.contains(**fact)).count();
         let mut nodes: Vec<(State, Option<(usize, usize)>)> = vec![(state.clone(), None)];
         let mut seen: HashSet<State> = HashSet::from([state.clone()]);
         let mut queue = BinaryHeap::from([Reverse((open(state), 0))]);
@@ -575,7 +608,7 @@ impl World {
             let Some((_, after)) = self.random(&end, rng) else { break };
             end = after;
         }
-        let mut new: Vec<usize> = end.difference(state).copied().collect();
+        let mut new: Vec<usize> = end.facts().filter(|fact| !state.contains(*fact)).collect();
         while new.len() > 3 {
             new.swap_remove(rng.random_range(0..new.len()));
         }
@@ -591,7 +624,7 @@ impl World {
         while walked.len() < steps {
             let random = chance(rng, 0.2);
             let idle = random || plan.is_empty();
-            if idle && goal.iter().all(|fact| state.contains(fact)) {
+            if idle && goal.iter().all(|fact| state.contains(*fact)) {
                 goal = self.goal(&state, rng);
             }
             let planned =
@@ -614,7 +647,7 @@ impl World {
     }
 
     fn shown(&self, state: &State) -> String {
-        state.iter().map(|fact| format!(" {}", self.facts[*fact])).collect()
+        state.facts().map(|fact| format!(" {}", self.facts[fact])).collect()
     }
 }
 
