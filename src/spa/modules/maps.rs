@@ -229,11 +229,19 @@ impl LinearMap for Sparse {
     }
 
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
+        const GROUP: usize = 8;
         out.fill(0.0);
-        for (value, column) in input.iter().zip(self.columns()) {
-            if *value != 0.0 {
-                for (output, factor) in column {
-                    out[*output as usize] += value * factor;
+        for (group, values) in input.chunks(GROUP).enumerate() {
+            // Most inputs are zero: facts that do not hold, operators that are not chosen.
+            if values.iter().fold(0, |bits, value| bits | value.to_bits() << 1) == 0 {
+                continue;
+            }
+            for (value, column) in values.iter().zip(group * GROUP..) {
+                if *value != 0.0 {
+                    let weights = self.starts[column]..self.starts[column + 1];
+                    for (output, factor) in &self.weights[weights] {
+                        out[*output as usize] += value * factor;
+                    }
                 }
             }
         }
