@@ -70,7 +70,7 @@ struct Polynomials {
 /// For ticks up to [`MAX_TICK`]: errors of 2.4e-7 and 3.0e-7.
 const LONG: Polynomials = Polynomials {
     decay: [0.999_999_76, -0.499_969_32, 0.166_055_1, -0.037_709_99],
-    since: [1.000_000_3, 0.499_932_95, 0.335_684_29, 0.221_773_77, 0.331_025_04],
+    since: [1.000_000_3, 0.499_932_95, 0.335_684_3, 0.221_773_77, 0.331_025_04],
 };
 
 /// Longest tick of [`SHORT`], in membrane time constants.
