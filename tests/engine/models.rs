@@ -127,7 +127,7 @@ fn traffic_is_counted_from_the_layout() {
     let one = of(1);
     assert_eq!(one.visited, 100.0);
     assert_eq!((one.read, one.written), (4.0 * (3.0 * 104.0 + 1.0), 4.0 * (2.0 * 104.0 + 1.0)));
-    assert_eq!(one.operations, 104.0 * (1.0 + 2.0 + 32.0) + 2.0 * 104.0);
+    assert_eq!(one.operations, 104.0 * (1.0 + 2.0 + 30.0) + 2.0 * 104.0);
     // Of several outputs only the decoders of those that fire are read: some, but few.
     let two = of(2);
     let decoders = two.read / 4.0 - (2.0 * 104.0 + 1.0);

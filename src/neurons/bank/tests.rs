@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::*;
 use crate::neurons::draw::on_sphere;
-use crate::neurons::models::Lif;
+use crate::neurons::models::{Lif, LifRate, PoissonSpiking};
 
 /// Three ensembles of 50 neurons.
 fn bank(dims: usize) -> Bank {
@@ -59,17 +59,26 @@ fn trace_and_tell(bank: &Bank, told: usize) -> Vec<u32> {
 
 #[test]
 fn ensembles_whose_activity_is_asked_for_have_the_bits_of_those_of_the_plain_loop() {
+    let models: [Arc<dyn NeuronModel>; 3] = [
+        Arc::new(Lif::default()),
+        Arc::new(LifRate::default()),
+        Arc::new(PoissonSpiking::new(Lif::default())),
+    ];
     // Less than one block of neurons, one and a half, and three.
-    for neurons in [50, 200, 384] {
-        let bank = bank_of(neurons, 1);
+    let each = |neurons: usize| models.iter().map(move |model| (neurons, model));
+    for (neurons, model) in [50, 200, 384].into_iter().flat_map(each) {
+        let bank = Bank::new(bank_of(neurons, 1).solved, Arc::clone(model), 0.001);
         let plain = trace(&bank);
-        assert!(plain == trace_and_tell(&bank, 3 * neurons), "{neurons} neurons");
-        assert!(plain.iter().filter(|bits| **bits != 0).count() > 1_000);
-        // The wrong variant: the last eight neurons of an ensemble have other decoders.
+        assert!(plain == trace_and_tell(&bank, 3 * neurons), "{neurons} neurons, {model:?}");
+        assert!(
+            plain.iter().filter(|bits| **bits != 0).count() > 200,
+            "{neurons} neurons, {model:?}"
+        );
+        // The wrong variant: the last neurons of an ensemble have other decoders.
         let mut wrong = bank;
         let decoders = &mut Arc::make_mut(&mut wrong.solved).decoders;
-        decoders[neurons - 8..neurons].iter_mut().for_each(|decoder| *decoder += 1e-3);
-        assert!(plain != trace_and_tell(&wrong, 3 * neurons), "{neurons} neurons");
+        decoders[neurons - 40..neurons].iter_mut().for_each(|decoder| *decoder += 1e-3);
+        assert!(plain != trace_and_tell(&wrong, 3 * neurons), "{neurons} neurons, {model:?}");
     }
 }
 

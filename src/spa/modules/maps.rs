@@ -231,6 +231,7 @@ impl LinearMap for Sparse {
     fn apply_into(&self, input: &[Real], out: &mut [Real], _scratch: &mut Scratch<'_>) {
         const GROUP: usize = 8;
         out.fill(0.0);
+        let input = &input[..input.len().min(self.input_width())];
         for (group, values) in input.chunks(GROUP).enumerate() {
             // Most inputs are zero: facts that do not hold, operators that are not chosen.
             if values.iter().fold(0, |bits, value| bits | value.to_bits() << 1) == 0 {
