@@ -9,7 +9,7 @@
 use nalgebra::{Matrix3, Vector3};
 use statrs::function::gamma::ln_gamma;
 
-use super::motion::Noise;
+use super::noise::Noise;
 
 /// Shape of the prior of a variance.
 const SHAPE: f64 = 0.5;

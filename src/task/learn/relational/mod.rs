@@ -11,6 +11,7 @@ mod likelihood;
 mod means;
 mod models;
 mod motion;
+mod noise;
 mod operators;
 mod places;
 mod rows;
@@ -47,7 +48,7 @@ pub(super) fn learn(
 ) -> Result<Learned, TaskError> {
     if recording.demos.len() < 2 {
         let mut learned = single::learn(recording, settings, observer)?;
-        let (domain, noise) = (&mut learned.domain, motion::noise(recording));
+        let (domain, noise) = (&mut learned.domain, noise::noise(recording));
         (domain.noise_m, domain.noise_rad) = (noise.position_m, noise.angle_rad);
         // One demonstration does not tell an effect from a coincidence.
         domain.operators.iter_mut().for_each(|operator| operator.side_effects.clear());

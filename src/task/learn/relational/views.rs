@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::motion::{Motion, Noise, Rest, angle};
+use super::motion::{Motion, Rest, angle};
+use super::noise::Noise;
 use super::states::States;
 use crate::robot::Pose;
 use crate::task::domain::{Coordinate, FrameState, Origin, relative};
