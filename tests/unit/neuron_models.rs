@@ -199,6 +199,57 @@ fn in_double_precision_every_spike_of_adaptive_and_izhikevich_neurons_is_nengos(
     assert!(spikes > 4_000, "{spikes}");
 }
 
+/// Spikes of 64 neurons at currents that change, in 4,000 ticks: by the hot loop, and in double precision.
+fn spikes_at(dt_s: f64, stepped: Lif, exact: Lif) -> (Vec<u32>, Vec<u32>) {
+    const N: usize = 64;
+    let (mut state, mut activity) = (vec![0.0 as Real; 2 * N], vec![0.0 as Real; N]);
+    let mut exactly = [(0.0, 0.0); N];
+    let (mut ours, mut right) = (vec![0; N], vec![0; N]);
+    for tick in 0..4_000 {
+        let phase = f64::from(tick) * 0.013;
+        let current = |n: usize| (0.6 + 0.4 * n as f64) * (1.0 + 0.5 * (phase + n as f64).sin());
+        let currents: Vec<Real> = (0..N).map(|n| current(n) as Real).collect();
+        let (dt_s, draws) = (dt_s as Real, Draws::default());
+        let (state, activity) = (&mut state, &mut activity);
+        stepped.step(Block { dt_s, currents: &currents, state, activity, draws });
+        for (n, (v, r)) in exactly.iter_mut().enumerate() {
+            ours[n] += u32::from(activity[n] != 0.0);
+            let fires = exact.step_exactly(f64::from(dt_s), f64::from(currents[n]), v, r);
+            right[n] += u32::from(fires);
+        }
+    }
+    (ours, right)
+}
+
+#[test]
+fn ticks_of_every_length_have_the_spikes_of_double_precision() {
+    let off = |(ours, right): (Vec<u32>, Vec<u32>)| -> u32 {
+        assert!(right.iter().sum::<u32>() > 3_000, "{right:?}");
+        ours.iter().zip(&right).map(|(a, b)| a.abs_diff(*b)).sum()
+    };
+    // Ticks of 1/200 to 1/4 of the time constant, on both sides of 1/16.
+    for (dt_s, tau_rc_s) in [
+        (1e-4, 0.02),
+        (1e-3, 0.02),
+        (1e-3, 0.016),
+        (1.25e-3, 0.02),
+        (1.3e-3, 0.02),
+        (2e-3, 0.02),
+        (5e-3, 0.02),
+        (1e-3, 0.005),
+        (1e-5, 5e-5),
+        (0.1, 0.5),
+    ] {
+        let lif = Lif { tau_rc_s, tau_ref_s: 0.1 * tau_rc_s, ..Lif::default() };
+        let found = off(spikes_at(dt_s, lif, lif));
+        println!("{dt_s} {tau_rc_s}: {found}");
+        assert!(found <= 8, "{dt_s} of {tau_rc_s}: {found}");
+        // The wrong variant: a time constant that is longer by one percent.
+        let wrong = Lif { tau_rc_s: 1.01 * tau_rc_s, ..lif };
+        assert!(off(spikes_at(dt_s, lif, wrong)) > 8, "{dt_s} of {tau_rc_s}");
+    }
+}
+
 #[test]
 fn the_search_for_gain_and_bias_finds_the_closed_form() {
     /// A model that gives only its rates.
